@@ -1,0 +1,1 @@
+"""Shared code of the tests: an independent numpy model and helpers that run LAMMPS."""
