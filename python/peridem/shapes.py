@@ -96,7 +96,7 @@ class Outline:
     def centroid(self) -> Array:
         """Centre of area, (2,)."""
         if self.is_circle:
-            return self.vertices[0].copy()
+            return np.array(self.vertices[0])
         a, b = self.vertices, np.roll(self.vertices, -1, axis=0)
         cross = a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]
         return np.asarray(((a + b) * cross[:, None]).sum(axis=0) / (3.0 * cross.sum()))
@@ -174,9 +174,7 @@ def _segments_cross(a: Array, b: Array, c: Array, d: Array) -> NDArray[np.bool_]
         u, v = q - p, r - p
         return np.asarray(u[..., 0] * v[..., 1] - u[..., 1] * v[..., 0])
 
-    return np.asarray(
-        (side(a, b, c) * side(a, b, d) < 0.0) & (side(c, d, a) * side(c, d, b) < 0.0)
-    )
+    return np.asarray((side(a, b, c) * side(a, b, d) < 0.0) & (side(c, d, a) * side(c, d, b) < 0.0))
 
 
 def _points_to_segments(points: Array, a: Array, b: Array) -> Array:
@@ -210,7 +208,7 @@ def _core_distance(one: Outline, two: Outline) -> float:
     )
 
 
-# ---- the named shapes -------------------------------------------------------------------------------
+# ---- the named shapes ----------------------------------------------------------------------------
 
 
 def circle(radius: float) -> Outline:
