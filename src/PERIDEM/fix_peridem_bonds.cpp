@@ -1,0 +1,826 @@
+/* ----------------------------------------------------------------------
+   LAMMPS - Large-scale Atomic/Molecular Massively Parallel Simulator
+   https://www.lammps.org/, Sandia National Laboratories
+   LAMMPS development team: developers@lammps.org
+
+   This file is part of PERIDEM, a package for LAMMPS.  It is distributed
+   under the GNU General Public License, version 2.
+
+   See the README file in the top-level LAMMPS directory.
+------------------------------------------------------------------------- */
+
+/* ----------------------------------------------------------------------
+   Contributing author: the PERIDEM developers
+------------------------------------------------------------------------- */
+
+#include "fix_peridem_bonds.h"
+
+#include "pair_peridem.h"
+#include "peridem_cells.h"
+#include "peridem_material.h"
+
+#include "atom.h"
+#include "comm.h"
+#include "domain.h"
+#include "error.h"
+#include "force.h"
+#include "memory.h"
+#include "modify.h"
+#include "neighbor.h"
+#include "update.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+
+using namespace LAMMPS_NS;
+using namespace FixConst;
+
+// a bond exists where R <= horizon * (1 + SLACK): lattices with nodes exactly on the horizon keep
+// symmetric families whatever the last digit of their coordinates
+static constexpr double SLACK = 1.0e-9;
+
+// positions that decide on the ghost cutoff may be one step old
+static constexpr double STEP_MARGIN = 1.02;
+
+// when bonds outgrow the ghost cutoff, it grows by this factor beyond them
+static constexpr double GROWTH = 1.25;
+
+/* ---------------------------------------------------------------------- */
+
+FixPeridemBonds::FixPeridemBonds(LAMMPS *lmp, int narg, char **arg) : Fix(lmp, narg, arg)
+{
+  if (!atom->style_match("peridem"))
+    error->all(FLERR, 2, "Fix {} requires atom style peridem; the atom style is {}", style,
+               atom->get_style());
+  if (narg > 3) error->all(FLERR, 3, "Unknown fix {} keyword {}", style, arg[3]);
+  if (modify->get_fix_by_style("^peridem/bonds$").size() > 1)
+    error->all(FLERR, 2, "There is a fix {} already: only one is allowed", style);
+
+  restart_global = 1;
+  restart_peratom = 1;
+  create_attribute = 1;
+  stores_ids = 1;
+  maxexchange_dynamic = 1;
+  comm_forward = 1;
+  vector_flag = 1;
+  size_vector = 3;
+  global_freq = 1;
+  extvector = 0;
+
+  FixPeridemBonds::grow_arrays(atom->nmax);
+  atom->add_callback(Atom::GROW);
+  atom->add_callback(Atom::RESTART);
+  for (int i = 0; i < atom->nlocal; i++) FixPeridemBonds::set_arrays(i);
+}
+
+/* ---------------------------------------------------------------------- */
+
+FixPeridemBonds::~FixPeridemBonds()
+{
+  atom->delete_callback(id, Atom::GROW);
+  atom->delete_callback(id, Atom::RESTART);
+  memory->destroy(start);
+  memory->destroy(num);
+  memory->destroy(nref);
+  memory->destroy(wvolume);
+  memory->destroy(famvolume);
+  memory->destroy(maxstretch);
+}
+
+/* ---------------------------------------------------------------------- */
+
+int FixPeridemBonds::setmask()
+{
+  return PRE_EXCHANGE | POST_NEIGHBOR | MIN_PRE_EXCHANGE | MIN_POST_NEIGHBOR;
+}
+
+/* ---------------------------------------------------------------------- */
+
+void FixPeridemBonds::init()
+{
+  find_solids();
+  check_laws();
+  weights_stale = true;
+  natoms_seen = -1;
+
+  double need = 0.0;
+  const int ntypes = atom->ntypes;
+  for (int i = 1; i <= ntypes; i++)
+    for (int j = i; j <= ntypes; j++)
+      if (const auto *mat = material(i, j)) need = MAX(need, mat->horizon * (1.0 + 2.0 * SLACK));
+  if (longest > 0.0) need = MAX(need, longest + neighbor->skin);
+  require_ghost_cutoff(need, true);
+
+  for (int k = 0; k < domain->dimension; k++) {
+    const double period = domain->triclinic ? domain->prd_lamda[k] : domain->prd[k];
+    if (!domain->triclinic && domain->periodicity[k] && period < 2.0 * need)
+      error->all(FLERR, Error::NOLASTLINE,
+                 "Periodic box is {:.6g} long in {}: it must be at least twice the longest bond, {:.6g}",
+                 period, "xyz"[k], need);
+  }
+}
+
+/* ----------------------------------------------------------------------
+   the solids among the pair styles in use
+------------------------------------------------------------------------- */
+
+void FixPeridemBonds::find_solids()
+{
+  solids = PairPeridem::find_all(lmp);
+  if (solids.empty() && comm->me == 0)
+    error->warning(FLERR, "Fix {}: no pair style of a peridem solid is defined, so no bonds", style);
+}
+
+/* ---------------------------------------------------------------------- */
+
+const PeridemMaterial *FixPeridemBonds::material(int itype, int jtype) const
+{
+  for (auto *solid : solids)
+    if (solid->covers(itype) && solid->covers(jtype)) return &solid->material(itype, jtype);
+  return nullptr;
+}
+
+/* ----------------------------------------------------------------------
+   families and weighted volumes belong to the horizon, influence function and volume scheme they
+   were made with
+------------------------------------------------------------------------- */
+
+void FixPeridemBonds::check_laws()
+{
+  if (laws.empty()) return;
+  const int ntypes = atom->ntypes;
+  for (int i = 1; i <= ntypes; i++)
+    for (int j = i; j <= ntypes; j++) {
+      const auto *mat = material(i, j);
+      if (!mat) continue;
+      const auto &law = laws[(i - 1) * ntypes + j - 1];
+      if (law.horizon == 0.0) continue;    // this pair had no material when families were built
+      if (law.horizon != mat->horizon || law.cell != mat->cell || law.volume != mat->volume ||
+          !(law.influence == mat->influence))
+        error->all(FLERR, Error::NOLASTLINE,
+                   "Families of types {} {} were built with horizon {:.8g}: horizon (now {:.8g}), "
+                   "influence and volume cannot change afterwards, unless fix {} is made anew "
+                   "(unfix {})",
+                   i, j, law.horizon, mat->horizon, style, id);
+    }
+}
+
+/* ----------------------------------------------------------------------
+   every partner of an owned node must be owned or a ghost
+------------------------------------------------------------------------- */
+
+void FixPeridemBonds::require_ghost_cutoff(double need, bool at_init)
+{
+  if (comm->mode != Comm::SINGLE)
+    error->all(FLERR, Error::NOLASTLINE, "Fix {} needs comm_modify mode single", style);
+
+  // a smaller cutoff that somebody asked for is an error, not something to be overruled
+
+  const double have = comm->cutghostuser;
+  if (at_init && have > 0.0 && have != cutghost_set && have < need)
+    error->all(FLERR, Error::NOLASTLINE,
+               "Ghost cutoff too small: comm_modify cutoff is {:.8g}, bonds need {:.8g}", have, need);
+  if (have >= need) return;
+
+  comm->cutghostuser = cutghost_set = need;
+  if (comm->me == 0)
+    utils::logmesg(lmp, "PERIDEM: ghost cutoff set to {:.6g}, which the longest bonds need\n", need);
+}
+
+/* ---------------------------------------------------------------------- */
+
+void FixPeridemBonds::setup_pre_exchange()
+{
+  reconcile();
+}
+
+/* ----------------------------------------------------------------------
+   before nodes migrate: local indices are still those of the last steps
+------------------------------------------------------------------------- */
+
+void FixPeridemBonds::pre_exchange()
+{
+  reconcile();
+
+  double mine = longest_bond();
+  MPI_Allreduce(&mine, &longest, 1, MPI_DOUBLE, MPI_MAX, world);
+  const double have = MAX(comm->cutghostuser, neighbor->cutneighmax);
+  if (longest * STEP_MARGIN > have) {
+    require_ghost_cutoff(longest * GROWTH, false);
+    comm->setup();
+    if (neighbor->style) neighbor->setup_bins();
+  }
+}
+
+/* ---------------------------------------------------------------------- */
+
+double FixPeridemBonds::longest_bond() const
+{
+  double **x = atom->x;
+  double rsqmax = 0.0;
+  for (int i = 0; i < atom->nlocal; i++)
+    for (bigint k = start[i]; k < start[i] + num[i]; k++) {
+      const double *xj = x[partner[k]];
+      const double dx = xj[0] - x[i][0], dy = xj[1] - x[i][1], dz = xj[2] - x[i][2];
+      rsqmax = MAX(rsqmax, dx * dx + dy * dy + dz * dz);
+    }
+  return std::sqrt(rsqmax);
+}
+
+/* ----------------------------------------------------------------------
+   Both ends see a bond with the same stretch, so both break it; only across a periodic boundary
+   may the last digit differ. What one rank has broken, the rank that owns the other end breaks
+   too, at the latest here.
+------------------------------------------------------------------------- */
+
+void FixPeridemBonds::reconcile()
+{
+  int mine = 2 * static_cast<int>(told.size()), any;
+  MPI_Allreduce(&mine, &any, 1, MPI_INT, MPI_MAX, world);
+  if (any == 0) return;
+
+  const int nprocs = comm->nprocs;
+  std::vector<int> counts(nprocs), displs(nprocs, 0);
+  MPI_Allgather(&mine, 1, MPI_INT, counts.data(), 1, MPI_INT, world);
+  for (int p = 1; p < nprocs; p++) displs[p] = displs[p - 1] + counts[p - 1];
+  std::vector<tagint> send, all(displs.back() + counts.back());
+  send.reserve(mine);
+  for (const auto &pair : told) {
+    send.push_back(pair.first);
+    send.push_back(pair.second);
+  }
+  MPI_Allgatherv(send.data(), mine, MPI_LMP_TAGINT, all.data(), counts.data(), displs.data(),
+                 MPI_LMP_TAGINT, world);
+  for (std::size_t m = 0; m < all.size(); m += 2) {
+    const int j = atom->map(all[m + 1]);
+    if (j >= 0 && j < atom->nlocal) remove_row_entry(j, all[m]);
+  }
+  told.clear();
+}
+
+/* ---------------------------------------------------------------------- */
+
+void FixPeridemBonds::remove_row_entry(int i, tagint jtag)
+{
+  for (bigint k = start[i]; k < start[i] + num[i]; k++)
+    if (ptag[k] == jtag) {
+      break_bond(i, k);
+      return;
+    }
+}
+
+/* ----------------------------------------------------------------------
+   take bond k out of the row of node i; the rest keeps its order
+------------------------------------------------------------------------- */
+
+void FixPeridemBonds::break_bond(int i, bigint k)
+{
+  const int j = partner[k];
+  broken.push_back({i, j});
+  if (j >= atom->nlocal) told.emplace_back(atom->tag[i], ptag[k]);
+
+  const bigint last = start[i] + num[i] - 1;
+  for (bigint m = k; m < last; m++) {
+    ptag[m] = ptag[m + 1];
+    partner[m] = partner[m + 1];
+    length[m] = length[m + 1];
+    weight[m] = weight[m + 1];
+  }
+  num[i]--;
+}
+
+/* ---------------------------------------------------------------------- */
+
+bool FixPeridemBonds::bonded(int i, tagint jtag) const
+{
+  if (num[i] <= 0) return false;
+  const auto row = ptag.begin() + start[i];
+  return std::binary_search(row, row + num[i], jtag);
+}
+
+/* ----------------------------------------------------------------------
+   distance of two nodes of one grain in the reference configuration
+------------------------------------------------------------------------- */
+
+double FixPeridemBonds::reference_distance(int i, int j) const
+{
+  double **X = atom->x0;
+  double dx = X[j][0] - X[i][0], dy = X[j][1] - X[i][1], dz = X[j][2] - X[i][2];
+  domain->minimum_image(FLERR, dx, dy, dz);
+  return std::sqrt(dx * dx + dy * dy + dz * dz);
+}
+
+/* ---------------------------------------------------------------------- */
+
+void FixPeridemBonds::setup_post_neighbor()
+{
+  post_neighbor();
+}
+
+/* ---------------------------------------------------------------------- */
+
+void FixPeridemBonds::post_neighbor()
+{
+  build_if_new_nodes();
+  build_local();
+}
+
+/* ---------------------------------------------------------------------- */
+
+void FixPeridemBonds::build_if_new_nodes()
+{
+  if (atom->natoms == natoms_seen) return;
+  natoms_seen = atom->natoms;
+  int mine = 0, any;
+  for (int i = 0; i < atom->nlocal; i++)
+    if (num[i] < 0) mine = 1;
+  MPI_Allreduce(&mine, &any, 1, MPI_INT, MPI_MAX, world);
+  if (any) build_families();
+}
+
+/* ----------------------------------------------------------------------
+   families of all nodes that have none, from reference positions
+   nodes of one grain that all came at the same time find each other
+------------------------------------------------------------------------- */
+
+void FixPeridemBonds::build_families()
+{
+  const int nlocal = atom->nlocal, nall = nlocal + atom->nghost;
+  const int *const type = atom->type;
+  const tagint *const tag = atom->tag, *const mol = atom->molecule;
+  double **X = atom->x0;
+  const int ntypes = atom->ntypes;
+
+  flag.assign(nall, 0.0);
+  std::vector<int> fresh;
+  double reach = 0.0;
+  for (int i = 0; i < nlocal; i++)
+    if (num[i] < 0) {
+      start[i] = static_cast<bigint>(ptag.size());
+      num[i] = nref[i] = 0;
+      wvolume[i] = famvolume[i] = maxstretch[i] = 0.0;
+      const auto *mat = material(type[i], type[i]);
+      if (!mat || mol[i] == 0 || !(atom->mask[i] & groupbit)) continue;
+      flag[i] = 1.0;
+      fresh.push_back(i);
+    }
+  for (int i = 1; i <= ntypes; i++)
+    for (int j = i; j <= ntypes; j++)
+      if (const auto *mat = material(i, j)) reach = MAX(reach, mat->horizon * (1.0 + 2.0 * SLACK));
+  comm_mode = UNBUILT;
+  comm->forward_comm(this);
+
+  // each node once, and its periodic images that come within reach of my own nodes
+
+  double lo[3], hi[3];
+  for (int k = 0; k < 3; k++) {
+    lo[k] = 1.0e300;
+    hi[k] = -1.0e300;
+    for (int i : fresh) {
+      lo[k] = MIN(lo[k], X[i][k] - reach);
+      hi[k] = MAX(hi[k], X[i][k] + reach);
+    }
+  }
+  struct Image {
+    int j;
+    double shift[3];
+  };
+  std::vector<Image> images;
+  std::vector<PeridemCells::Point> points;
+  const int px = domain->xperiodic, py = domain->yperiodic, pz = domain->zperiodic;
+  for (int j = 0; j < nall; j++) {
+    if (flag[j] == 0.0 || atom->map(tag[j]) != j) continue;
+    for (int iz = -pz; iz <= pz; iz++)
+      for (int iy = -py; iy <= py; iy++)
+        for (int ix = -px; ix <= px; ix++) {
+          const double shift[3] = {ix * domain->xprd + iy * domain->xy + iz * domain->xz,
+                                   iy * domain->yprd + iz * domain->yz, iz * domain->zprd};
+          bool inside = true;
+          PeridemCells::Point p;
+          for (int k = 0; k < 3; k++) {
+            p.x[k] = X[j][k] + shift[k];
+            inside = inside && p.x[k] >= lo[k] && p.x[k] <= hi[k];
+          }
+          if (!inside) continue;
+          p.id = static_cast<int>(images.size());
+          images.push_back({j, {shift[0], shift[1], shift[2]}});
+          points.push_back(p);
+        }
+  }
+  const PeridemCells cells(std::move(points), reach);
+
+  struct Found {
+    tagint tag;
+    double length;
+    int j;
+  };
+  std::vector<Found> row;
+  for (int i : fresh) {
+    row.clear();
+    cells.near(X[i], [&](const PeridemCells::Point &p) {
+      const auto &image = images[p.id];
+      const int j = image.j;
+      if (mol[j] != mol[i]) return;
+      const auto *mat = material(type[i], type[j]);
+      if (!mat) return;
+      double rsq = 0.0;
+      bool shifted = false;
+      for (int k = 0; k < 3; k++) {
+        // grouped so that the other end finds exactly the same length
+        const double d = (X[j][k] - X[i][k]) + image.shift[k];
+        rsq += d * d;
+        shifted = shifted || image.shift[k] != 0.0;
+      }
+      if (j == i && !shifted) return;
+      const double R = std::sqrt(rsq);
+      if (R > mat->horizon * (1.0 + SLACK)) return;
+      if (R == 0.0)
+        error->one(FLERR, "Nodes {} and {} of grain {} have the same reference position", tag[i],
+                   tag[j], mol[i]);
+      row.push_back({tag[j], R, j});
+    });
+    std::sort(row.begin(), row.end(), [](const Found &a, const Found &b) { return a.tag < b.tag; });
+    for (std::size_t k = 0; k < row.size(); k++)
+      if (row[k].tag == tag[i] || (k && row[k].tag == row[k - 1].tag))
+        error->one(FLERR,
+                   "Node {} is bonded to node {} twice, or to itself, through the periodic "
+                   "boundary: the box must be longer than two horizons",
+                   tag[i], row[k].tag);
+
+    start[i] = static_cast<bigint>(ptag.size());
+    num[i] = nref[i] = static_cast<int>(row.size());
+    const double hi_size = std::pow(atom->vfrac[i], 1.0 / domain->dimension);
+    for (const auto &bond : row) {
+      ptag.push_back(bond.tag);
+      length.push_back(bond.length);
+      partner.push_back(bond.j);
+      weight.push_back(0.0);
+      const auto *mat = material(type[i], type[bond.j]);
+      const double Vj = atom->vfrac[bond.j];
+      const double h = mat->cell > 0.0 ? mat->cell
+                                       : 0.5 * (hi_size + std::pow(Vj, 1.0 / domain->dimension));
+      const double vVj = mat->volume_factor(bond.length, h) * Vj;
+      famvolume[i] += vVj;
+      wvolume[i] += mat->influence(bond.length / mat->horizon) * bond.length * bond.length * vVj;
+    }
+  }
+
+  laws.assign(static_cast<std::size_t>(ntypes) * ntypes, {0.0, 0.0, {}, 0});
+  for (int i = 1; i <= ntypes; i++)
+    for (int j = 1; j <= ntypes; j++)
+      if (const auto *mat = material(i, j))
+        laws[(i - 1) * ntypes + j - 1] = {mat->horizon, mat->cell, mat->influence, mat->volume};
+
+  check_families(fresh);
+  weights_stale = true;
+}
+
+/* ----------------------------------------------------------------------
+   say what was built; a node of a larger grain without a family is a mistake in the input
+------------------------------------------------------------------------- */
+
+void FixPeridemBonds::check_families(const std::vector<int> &fresh)
+{
+  const tagint *const mol = atom->molecule;
+
+  // nodes of every new grain, over all ranks
+
+  tagint maxmol = 0, maxmol_all;
+  for (int i : fresh) maxmol = MAX(maxmol, mol[i]);
+  MPI_Allreduce(&maxmol, &maxmol_all, 1, MPI_LMP_TAGINT, MPI_MAX, world);
+  std::vector<int> size(maxmol_all + 1, 0);
+  for (int i : fresh) size[mol[i]]++;
+  MPI_Allreduce(MPI_IN_PLACE, size.data(), static_cast<int>(size.size()), MPI_INT, MPI_SUM, world);
+
+  bigint sums[3] = {0, 0, 0};    // nodes, bonds, lonely nodes of grains with others
+  int extremes[2] = {-MAXSMALLINT, 0};
+  tagint first_lonely = MAXTAGINT;
+  for (int i : fresh) {
+    sums[0]++;
+    sums[1] += num[i];
+    extremes[0] = MAX(extremes[0], -num[i]);
+    extremes[1] = MAX(extremes[1], num[i]);
+    if (num[i] == 0 && size[mol[i]] > 1) {
+      sums[2]++;
+      first_lonely = MIN(first_lonely, atom->tag[i]);
+    }
+  }
+  MPI_Allreduce(MPI_IN_PLACE, sums, 3, MPI_LMP_BIGINT, MPI_SUM, world);
+  MPI_Allreduce(MPI_IN_PLACE, extremes, 2, MPI_INT, MPI_MAX, world);
+  MPI_Allreduce(MPI_IN_PLACE, &first_lonely, 1, MPI_LMP_TAGINT, MPI_MIN, world);
+  max_family = MAX(max_family, extremes[1]);
+
+  if (sums[2])
+    error->all(FLERR, Error::NOLASTLINE,
+               "{} nodes have no other node of their grain within the horizon (the first is atom-ID "
+               "{}): the horizon must be larger than the node spacing, usually 3 times",
+               sums[2], first_lonely);
+  if (comm->me == 0 && sums[0]) {
+    const auto grains = std::count_if(size.begin(), size.end(), [](int n) { return n > 0; });
+    utils::logmesg(lmp,
+                   "PERIDEM: {} nodes in {} grains, {} bonds; families of {} to {} nodes, {:.1f} on "
+                   "average\n",
+                   sums[0], grains, sums[1] / 2, -extremes[0], extremes[1],
+                   static_cast<double>(sums[1]) / sums[0]);
+  }
+}
+
+/* ----------------------------------------------------------------------
+   turn partner IDs into local indices, in a pool that follows the order of the nodes
+------------------------------------------------------------------------- */
+
+void FixPeridemBonds::build_local()
+{
+  const int nlocal = atom->nlocal;
+  bigint total = 0;
+  int longest_row = 0;
+  bool in_order = true;
+  for (int i = 0; i < nlocal; i++) {
+    in_order = in_order && start[i] == total;
+    total += num[i];
+    longest_row = MAX(longest_row, num[i]);
+  }
+  in_order = in_order && total == static_cast<bigint>(ptag.size());
+
+  if (!in_order) {
+    std::vector<tagint> new_ptag(total);
+    std::vector<double> new_length(total), new_weight(total);
+    bigint at = 0;
+    for (int i = 0; i < nlocal; i++) {
+      std::copy_n(ptag.begin() + start[i], num[i], new_ptag.begin() + at);
+      std::copy_n(length.begin() + start[i], num[i], new_length.begin() + at);
+      std::copy_n(weight.begin() + start[i], num[i], new_weight.begin() + at);
+      start[i] = at;
+      at += num[i];
+    }
+    ptag.swap(new_ptag);
+    length.swap(new_length);
+    weight.swap(new_weight);
+    partner.resize(total);
+  }
+
+  map_partners();
+  if (weights_stale) compute_weights();
+  weights_stale = false;
+  comm_mode = WVOLUME;
+  comm->forward_comm(this);
+  broken.clear();
+  maxexchange = 6 + 3 * longest_row;
+  version++;
+}
+
+/* ---------------------------------------------------------------------- */
+
+void FixPeridemBonds::map_partners()
+{
+  const bool periodic = domain->xperiodic || domain->yperiodic || domain->zperiodic;
+  for (int i = 0; i < atom->nlocal; i++)
+    for (bigint k = start[i]; k < start[i] + num[i]; k++) {
+      int j = atom->map(ptag[k]);
+      if (j < 0) lost_partner(i, ptag[k]);
+      if (periodic) j = domain->closest_image(i, j);
+      partner[k] = j;
+    }
+}
+
+/* ---------------------------------------------------------------------- */
+
+void FixPeridemBonds::lost_partner(int i, tagint jtag)
+{
+  error->one(FLERR,
+             "Node {} of grain {} is bonded to node {}, which is neither on this rank nor among its "
+             "ghosts: it was deleted or lost, or moved further than the ghost cutoff {:.6g} "
+             "(comm_modify cutoff)",
+             atom->tag[i], atom->molecule[i], jtag,
+             MAX(comm->cutghostuser, neighbor->cutneighmax));
+}
+
+/* ---------------------------------------------------------------------- */
+
+void FixPeridemBonds::compute_weights()
+{
+  const int nlocal = atom->nlocal, nall = nlocal + atom->nghost;
+  const int *const type = atom->type;
+  const double *const V = atom->vfrac;
+
+  cellsize.resize(nall);
+  for (int i = 0; i < nall; i++) cellsize[i] = std::pow(V[i], 1.0 / domain->dimension);
+
+  for (int i = 0; i < nlocal; i++)
+    for (bigint k = start[i]; k < start[i] + num[i]; k++) {
+      const int j = partner[k];
+      const auto *mat = material(type[i], type[j]);
+      if (!mat)
+        error->one(FLERR, "Nodes {} and {} are bonded, but no pair_coeff covers types {} and {}",
+                   atom->tag[i], atom->tag[j], type[i], type[j]);
+      const double R = length[k];
+      const double h = mat->cell > 0.0 ? mat->cell : 0.5 * (cellsize[i] + cellsize[j]);
+      weight[k] = mat->influence(R / mat->horizon) * mat->volume_factor(R, h) * (V[i] * V[j]);
+    }
+}
+
+/* ---------------------------------------------------------------------- */
+
+int FixPeridemBonds::pack_forward_comm(int n, int *list, double *buf, int, int *)
+{
+  const double *const values = comm_mode == WVOLUME ? wvolume : flag.data();
+  for (int m = 0; m < n; m++) buf[m] = values[list[m]];
+  return n;
+}
+
+/* ---------------------------------------------------------------------- */
+
+void FixPeridemBonds::unpack_forward_comm(int n, int first, double *buf)
+{
+  double *const values = comm_mode == WVOLUME ? wvolume : flag.data();
+  for (int m = 0; m < n; m++) values[first + m] = buf[m];
+}
+
+/* ----------------------------------------------------------------------
+   1 = intact bonds, 2 = broken bonds, 3 = length of the longest bond at the last reneighbouring
+------------------------------------------------------------------------- */
+
+double FixPeridemBonds::compute_vector(int n)
+{
+  if (n == 2) return longest;
+  bigint mine = 0, all;
+  for (int i = 0; i < atom->nlocal; i++)
+    if (num[i] >= 0) mine += (n == 0) ? num[i] : nref[i] - num[i];
+  MPI_Allreduce(&mine, &all, 1, MPI_LMP_BIGINT, MPI_SUM, world);
+  return 0.5 * static_cast<double>(all);
+}
+
+/* ---------------------------------------------------------------------- */
+
+void FixPeridemBonds::grow_arrays(int nmax)
+{
+  memory->grow(start, nmax, "peridem/bonds:start");
+  memory->grow(num, nmax, "peridem/bonds:num");
+  memory->grow(nref, nmax, "peridem/bonds:nref");
+  memory->grow(wvolume, nmax, "peridem/bonds:wvolume");
+  memory->grow(famvolume, nmax, "peridem/bonds:famvolume");
+  memory->grow(maxstretch, nmax, "peridem/bonds:maxstretch");
+}
+
+/* ---------------------------------------------------------------------- */
+
+void FixPeridemBonds::set_arrays(int i)
+{
+  start[i] = 0;
+  num[i] = -1;
+  nref[i] = 0;
+  wvolume[i] = famvolume[i] = maxstretch[i] = 0.0;
+}
+
+/* ---------------------------------------------------------------------- */
+
+void FixPeridemBonds::copy_arrays(int i, int j, int)
+{
+  start[j] = start[i];
+  num[j] = num[i];
+  nref[j] = nref[i];
+  wvolume[j] = wvolume[i];
+  famvolume[j] = famvolume[i];
+  maxstretch[j] = maxstretch[i];
+}
+
+/* ---------------------------------------------------------------------- */
+
+int FixPeridemBonds::pack_exchange(int i, double *buf)
+{
+  int m = 0;
+  buf[m++] = ubuf(num[i]).d;
+  buf[m++] = ubuf(nref[i]).d;
+  buf[m++] = wvolume[i];
+  buf[m++] = famvolume[i];
+  buf[m++] = maxstretch[i];
+  for (bigint k = start[i]; k < start[i] + num[i]; k++) {
+    buf[m++] = ubuf(ptag[k]).d;
+    buf[m++] = length[k];
+    buf[m++] = weight[k];
+  }
+  return m;
+}
+
+/* ---------------------------------------------------------------------- */
+
+int FixPeridemBonds::unpack_exchange(int i, double *buf)
+{
+  int m = 0;
+  num[i] = (int) ubuf(buf[m++]).i;
+  nref[i] = (int) ubuf(buf[m++]).i;
+  wvolume[i] = buf[m++];
+  famvolume[i] = buf[m++];
+  maxstretch[i] = buf[m++];
+  start[i] = static_cast<bigint>(ptag.size());
+  for (int k = 0; k < num[i]; k++) {
+    ptag.push_back((tagint) ubuf(buf[m++]).i);
+    length.push_back(buf[m++]);
+    weight.push_back(buf[m++]);
+    partner.push_back(-1);
+  }
+  return m;
+}
+
+/* ---------------------------------------------------------------------- */
+
+int FixPeridemBonds::size_restart(int i)
+{
+  return 6 + 2 * MAX(num[i], 0);
+}
+
+/* ---------------------------------------------------------------------- */
+
+int FixPeridemBonds::maxsize_restart()
+{
+  return 6 + 2 * max_family;
+}
+
+/* ---------------------------------------------------------------------- */
+
+int FixPeridemBonds::pack_restart(int i, double *buf)
+{
+  int m = 0;
+  buf[m++] = size_restart(i);
+  buf[m++] = ubuf(num[i]).d;
+  buf[m++] = ubuf(nref[i]).d;
+  buf[m++] = wvolume[i];
+  buf[m++] = famvolume[i];
+  buf[m++] = maxstretch[i];
+  for (bigint k = start[i]; k < start[i] + num[i]; k++) {
+    buf[m++] = ubuf(ptag[k]).d;
+    buf[m++] = length[k];
+  }
+  return m;
+}
+
+/* ---------------------------------------------------------------------- */
+
+void FixPeridemBonds::unpack_restart(int i, int nth)
+{
+  double *buf = atom->extra[i];
+  int m = 0;
+  for (int k = 0; k < nth; k++) m += static_cast<int>(buf[m]);
+  m++;
+  num[i] = (int) ubuf(buf[m++]).i;
+  nref[i] = (int) ubuf(buf[m++]).i;
+  wvolume[i] = buf[m++];
+  famvolume[i] = buf[m++];
+  maxstretch[i] = buf[m++];
+  start[i] = static_cast<bigint>(ptag.size());
+  for (int k = 0; k < num[i]; k++) {
+    ptag.push_back((tagint) ubuf(buf[m++]).i);
+    length.push_back(buf[m++]);
+    weight.push_back(0.0);
+    partner.push_back(-1);
+  }
+}
+
+/* ----------------------------------------------------------------------
+   global state: longest row, longest bond, ghost cutoff asked for, what families were built from
+------------------------------------------------------------------------- */
+
+void FixPeridemBonds::write_restart(FILE *fp)
+{
+  if (comm->me) return;
+  std::vector<double> list = {static_cast<double>(max_family), longest, cutghost_set,
+                              static_cast<double>(laws.size())};
+  for (const auto &law : laws) {
+    list.insert(list.end(), {law.horizon, law.cell, static_cast<double>(law.influence.kind),
+                             law.influence.width, static_cast<double>(law.volume)});
+  }
+  const int size = static_cast<int>(list.size() * sizeof(double));
+  fwrite(&size, sizeof(int), 1, fp);
+  fwrite(list.data(), sizeof(double), list.size(), fp);
+}
+
+/* ---------------------------------------------------------------------- */
+
+void FixPeridemBonds::restart(char *buf)
+{
+  const auto *list = reinterpret_cast<double *>(buf);
+  max_family = static_cast<int>(*list++);
+  longest = *list++;
+  cutghost_set = *list++;
+  laws.resize(static_cast<std::size_t>(*list++));
+  for (auto &law : laws) {
+    law.horizon = *list++;
+    law.cell = *list++;
+    law.influence.kind = static_cast<int>(*list++);
+    law.influence.width = *list++;
+    law.volume = static_cast<int>(*list++);
+  }
+}
+
+/* ---------------------------------------------------------------------- */
+
+double FixPeridemBonds::memory_usage()
+{
+  double bytes = static_cast<double>(atom->nmax) *
+      (sizeof(bigint) + 2 * sizeof(int) + 3 * sizeof(double));
+  bytes += static_cast<double>(ptag.capacity()) * sizeof(tagint);
+  bytes += static_cast<double>(partner.capacity()) * sizeof(int);
+  bytes += static_cast<double>(length.capacity() + weight.capacity()) * sizeof(double);
+  return bytes;
+}

@@ -1,0 +1,275 @@
+/* ----------------------------------------------------------------------
+   LAMMPS - Large-scale Atomic/Molecular Massively Parallel Simulator
+   https://www.lammps.org/, Sandia National Laboratories
+   LAMMPS development team: developers@lammps.org
+
+   This file is part of PERIDEM, a package for LAMMPS.  It is distributed
+   under the GNU General Public License, version 2.
+
+   See the README file in the top-level LAMMPS directory.
+------------------------------------------------------------------------- */
+
+/* ----------------------------------------------------------------------
+   Contributing author: the PERIDEM developers
+------------------------------------------------------------------------- */
+
+#include "pair_peridem.h"
+
+#include "fix_peridem_bonds.h"
+
+#include "atom.h"
+#include "comm.h"
+#include "error.h"
+#include "force.h"
+#include "memory.h"
+#include "modify.h"
+#include "pair_hybrid.h"
+
+#include <algorithm>
+#include <cstring>
+
+using namespace LAMMPS_NS;
+
+/* ---------------------------------------------------------------------- */
+
+PairPeridem::PairPeridem(LAMMPS *lmp, const char *_name) : Pair(lmp), name(_name)
+{
+  single_enable = 0;
+  restartinfo = 1;
+  manybody_flag = 1;
+  no_virial_fdotr_compute = 1;    // bonds of owned nodes only: the virial is tallied bond by bond
+}
+
+/* ---------------------------------------------------------------------- */
+
+PairPeridem::~PairPeridem()
+{
+  if (copymode) return;
+  if (allocated) {
+    memory->destroy(setflag);
+    memory->destroy(cutsq);
+  }
+}
+
+/* ---------------------------------------------------------------------- */
+
+std::vector<PairPeridem *> PairPeridem::find_all(LAMMPS *lmp)
+{
+  std::vector<PairPeridem *> found;
+  std::vector<Pair *> seen;    // the last match is returned again when there are no more
+  for (int nth = 1;; nth++) {
+    auto *pair = lmp->force->pair_match("^peridem/", 0, nth);
+    if (!pair || std::find(seen.begin(), seen.end(), pair) != seen.end()) break;
+    seen.push_back(pair);
+    if (auto *solid = dynamic_cast<PairPeridem *>(pair)) found.push_back(solid);
+  }
+  return found;
+}
+
+/* ---------------------------------------------------------------------- */
+
+void PairPeridem::allocate()
+{
+  allocated = 1;
+  ntypes = atom->ntypes;
+  memory->create(setflag, ntypes + 1, ntypes + 1, "pair:setflag");
+  memory->create(cutsq, ntypes + 1, ntypes + 1, "pair:cutsq");
+  for (int i = 0; i <= ntypes; i++)
+    for (int j = 0; j <= ntypes; j++) {
+      setflag[i][j] = 0;
+      cutsq[i][j] = 0.0;
+    }
+  given.assign(index(ntypes, ntypes) + 1, PeridemMaterial());
+  mixed = given;
+}
+
+/* ---------------------------------------------------------------------- */
+
+void PairPeridem::settings(int narg, char **arg)
+{
+  if (narg) error->all(FLERR, "Pair style {} takes no arguments; given: {}", name, arg[0]);
+}
+
+/* ---------------------------------------------------------------------- */
+
+void PairPeridem::coeff(int narg, char **arg)
+{
+  if (narg < 2) utils::missing_cmd_args(FLERR, "pair_coeff " + name, error);
+  if (!allocated) allocate();
+
+  int ilo, ihi, jlo, jhi;
+  utils::bounds(FLERR, arg[0], 1, ntypes, ilo, ihi, error);
+  utils::bounds(FLERR, arg[1], 1, ntypes, jlo, jhi, error);
+
+  // under hybrid the input line has the name of the style as well
+
+  const int offset = dynamic_cast<PairHybrid *>(force->pair) ? 3 : 2;
+  PeridemMaterialParser parser(lmp, "Pair style " + name, offset);
+
+  bool one_type = false;
+  for (int i = ilo; i <= ihi; i++)
+    if (i >= jlo && i <= jhi) one_type = true;
+  const PeridemMaterial mat = parser.parse(narg - 2, arg + 2, one_type);
+
+  int count = 0;
+  for (int i = ilo; i <= ihi; i++)
+    for (int j = MAX(jlo, i); j <= jhi; j++) {
+      given[index(i, j)] = given[index(j, i)] = mat;
+      setflag[i][j] = 1;
+      count++;
+    }
+  if (count == 0) error->all(FLERR, Error::ARGZERO, "pair_coeff {}: no type pair I <= J in it", name);
+}
+
+/* ---------------------------------------------------------------------- */
+
+void PairPeridem::init_style()
+{
+  if (!atom->style_match("peridem"))
+    error->all(FLERR, Error::NOLASTLINE,
+               "Pair style {} requires atom style peridem; the atom style is {}", name,
+               atom->get_style());
+
+  int plane = -1;
+  for (int i = 1; i <= ntypes; i++) {
+    if (!covers(i)) continue;
+    if (plane >= 0 && plane != own_material(i).plane)
+      error->all(FLERR, Error::NOLASTLINE, "Pair style {}: all types must have the same plane", name);
+    plane = own_material(i).plane;
+    for (int j = 1; j <= ntypes; j++)
+      if (covers(j)) mixed[index(i, j)] = mix(MIN(i, j), MAX(i, j));
+  }
+  find_bonds();
+
+  bool viscous = false;
+  for (int i = 1; i <= ntypes; i++)
+    if (covers(i) && own_material(i).viscosity > 0.0) viscous = true;
+  if (viscous) comm->ghost_velocity = 1;
+}
+
+/* ----------------------------------------------------------------------
+   Bonds between two types of one grain: mean horizon, smaller critical stretch, unless pair_coeff
+   I J says otherwise. Each end keeps its own elastic moduli: I J moduli serve gc only.
+------------------------------------------------------------------------- */
+
+PeridemMaterial PairPeridem::mix(int i, int j) const
+{
+  const auto &a = given[index(i, i)], &b = given[index(j, j)];
+  PeridemMaterial mat = (i != j && setflag[i][j]) ? given[index(i, j)] : a;
+
+  if (i != j) {
+    if (mat.bulk == 0.0 || !setflag[i][j]) {
+      mat.bulk = 0.5 * (a.bulk + b.bulk);
+      mat.shear = 0.5 * (a.shear + b.shear);
+    }
+    if (mat.horizon == 0.0 || !setflag[i][j]) mat.horizon = 0.5 * (a.horizon + b.horizon);
+    if (!setflag[i][j]) {
+      if (!(a.influence == b.influence) || a.volume != b.volume || a.break_both != b.break_both)
+        error->all(FLERR, Error::NOLASTLINE,
+                   "Pair style {}: types {} and {} differ in influence, volume or break; say with "
+                   "'pair_coeff {} {}' what holds between them",
+                   name, i, j, i, j);
+      mat.cell = 0.5 * (a.cell + b.cell);
+      mat.strength = PeridemMaterial::UNSET;
+    }
+    if (mat.strength == PeridemMaterial::UNSET) {
+      const double sa = a.strength == PeridemMaterial::GC ? a.stretch_from_gc() : a.s0;
+      const double sb = b.strength == PeridemMaterial::GC ? b.stretch_from_gc() : b.s0;
+      mat.s0 = MIN(sa, sb);
+    }
+  }
+  if (mat.strength == PeridemMaterial::GC) mat.s0 = mat.stretch_from_gc();
+  return mat;
+}
+
+/* ----------------------------------------------------------------------
+   the fix that holds the families: the script's, or one made here. A restart file keeps families
+   and broken bonds under the ID of the fix, so after a restart it must be that one.
+------------------------------------------------------------------------- */
+
+void PairPeridem::find_bonds()
+{
+  auto fixes = modify->get_fix_by_style("^peridem/bonds$");
+  if (fixes.empty()) {
+    modify->add_fix(bonds_id + " all peridem/bonds");
+    fixes = modify->get_fix_by_style("^peridem/bonds$");
+  } else if (from_restart && bonds_id != fixes[0]->id) {
+    error->all(FLERR, Error::NOLASTLINE,
+               "The restart file keeps bonds under fix ID {}, but the script has fix {} {}: use the "
+               "same ID, or leave the fix out",
+               bonds_id, fixes[0]->id, fixes[0]->style);
+  }
+  bonds = dynamic_cast<FixPeridemBonds *>(fixes[0]);
+  bonds_id = bonds->id;
+}
+
+/* ----------------------------------------------------------------------
+   bonds need no neighbour list; the fix asks for the ghosts that they need
+------------------------------------------------------------------------- */
+
+double PairPeridem::init_one(int i, int j)
+{
+  if (setflag[i][i] == 0 || setflag[j][j] == 0)
+    error->all(FLERR, Error::NOLASTLINE, "Pair style {}: pair_coeff {} {} is not set", name,
+               setflag[i][i] ? j : i, setflag[i][i] ? j : i);
+  return 0.0;
+}
+
+/* ---------------------------------------------------------------------- */
+
+void *PairPeridem::extract(const char *str, int &dim)
+{
+  dim = 0;
+  if (strcmp(str, "broken_energy") == 0) return &broken_energy;
+  return nullptr;
+}
+
+/* ---------------------------------------------------------------------- */
+
+void PairPeridem::write_restart(FILE *fp)
+{
+  write_restart_settings(fp);
+  for (int i = 1; i <= ntypes; i++)
+    for (int j = i; j <= ntypes; j++) {
+      fwrite(&setflag[i][j], sizeof(int), 1, fp);
+      if (setflag[i][j]) given[index(i, j)].write_restart(fp);
+    }
+}
+
+/* ---------------------------------------------------------------------- */
+
+void PairPeridem::read_restart(FILE *fp)
+{
+  read_restart_settings(fp);
+  allocate();
+  for (int i = 1; i <= ntypes; i++)
+    for (int j = i; j <= ntypes; j++) {
+      if (comm->me == 0) utils::sfread(FLERR, &setflag[i][j], sizeof(int), 1, fp, nullptr, error);
+      MPI_Bcast(&setflag[i][j], 1, MPI_INT, 0, world);
+      if (!setflag[i][j]) continue;
+      given[index(i, j)].read_restart(fp, lmp);
+      given[index(j, i)] = given[index(i, j)];
+    }
+}
+
+/* ---------------------------------------------------------------------- */
+
+void PairPeridem::write_restart_settings(FILE *fp)
+{
+  const int n = static_cast<int>(bonds_id.size());
+  fwrite(&n, sizeof(int), 1, fp);
+  fwrite(bonds_id.data(), 1, n, fp);
+}
+
+/* ---------------------------------------------------------------------- */
+
+void PairPeridem::read_restart_settings(FILE *fp)
+{
+  int n;
+  if (comm->me == 0) utils::sfread(FLERR, &n, sizeof(int), 1, fp, nullptr, error);
+  MPI_Bcast(&n, 1, MPI_INT, 0, world);
+  bonds_id.resize(n);
+  if (comm->me == 0) utils::sfread(FLERR, &bonds_id[0], 1, n, fp, nullptr, error);
+  MPI_Bcast(&bonds_id[0], n, MPI_CHAR, 0, world);
+  from_restart = true;
+}

@@ -1,0 +1,80 @@
+/* -*- c++ -*- ----------------------------------------------------------
+   LAMMPS - Large-scale Atomic/Molecular Massively Parallel Simulator
+   https://www.lammps.org/, Sandia National Laboratories
+   LAMMPS development team: developers@lammps.org
+
+   This file is part of PERIDEM, a package for LAMMPS.  It is distributed
+   under the GNU General Public License, version 2.
+
+   See the README file in the top-level LAMMPS directory.
+------------------------------------------------------------------------- */
+
+// What the pair styles of peridynamic solids share: coefficients, mixing, the fix that holds the
+// families, restart.  Not a pair style by itself.
+
+#ifndef LMP_PAIR_PERIDEM_H
+#define LMP_PAIR_PERIDEM_H
+
+#include "pair.h"
+#include "peridem_material.h"
+
+#include <string>
+#include <vector>
+
+namespace LAMMPS_NS {
+
+class FixPeridemBonds;
+
+class PairPeridem : public Pair {
+ public:
+  PairPeridem(class LAMMPS *, const char *name);
+  ~PairPeridem() override;
+  void settings(int, char **) override;
+  void coeff(int, char **) override;
+  void init_style() override;
+  double init_one(int, int) override;
+  void write_restart(FILE *) override;
+  void read_restart(FILE *) override;
+  void write_restart_settings(FILE *) override;
+  void read_restart_settings(FILE *) override;
+  void *extract(const char *, int &) override;
+
+  // all solids among the pair styles in use
+  static std::vector<PairPeridem *> find_all(class LAMMPS *);
+
+  // does this style hold a material for the type?
+  bool covers(int itype) const { return !given.empty() && setflag[itype][itype]; }
+
+  // the material of bonds between two types, as given or mixed (after init_style)
+  const PeridemMaterial &material(int itype, int jtype) const { return mixed[index(itype, jtype)]; }
+
+  // the material of one type as pair_coeff gave it (before init_style too)
+  const PeridemMaterial &own_material(int itype) const { return given[index(itype, itype)]; }
+
+  // of owned nodes, in the state of the last force evaluation
+  virtual double dilatation(int) const = 0;
+  virtual double strain_energy(int) const = 0;
+
+  // energy that went with broken bonds on this rank since the style was made
+  double broken_energy{0.0};
+
+ protected:
+  const std::string name;    // of the style, for messages
+  FixPeridemBonds *bonds{nullptr};
+  std::string bonds_id{"peridem_bonds"};    // the fix whose state a restart file holds
+  bool from_restart{false};
+
+  std::size_t index(int itype, int jtype) const { return itype * (ntypes + 1) + jtype; }
+
+ private:
+  int ntypes{0};
+  std::vector<PeridemMaterial> given, mixed;
+
+  void allocate();
+  PeridemMaterial mix(int itype, int jtype) const;
+  void find_bonds();
+};
+
+}    // namespace LAMMPS_NS
+
+#endif

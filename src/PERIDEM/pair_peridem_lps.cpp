@@ -1,0 +1,389 @@
+/* ----------------------------------------------------------------------
+   LAMMPS - Large-scale Atomic/Molecular Massively Parallel Simulator
+   https://www.lammps.org/, Sandia National Laboratories
+   LAMMPS development team: developers@lammps.org
+
+   This file is part of PERIDEM, a package for LAMMPS.  It is distributed
+   under the GNU General Public License, version 2.
+
+   See the README file in the top-level LAMMPS directory.
+------------------------------------------------------------------------- */
+
+/* ----------------------------------------------------------------------
+   Contributing author: the PERIDEM developers
+------------------------------------------------------------------------- */
+
+#include "pair_peridem_lps.h"
+
+#include "fix_peridem_bonds.h"
+
+#include "atom.h"
+#include "comm.h"
+#include "error.h"
+#include "force.h"
+#include "memory.h"
+
+#include <cmath>
+#include <limits>
+
+using namespace LAMMPS_NS;
+
+static constexpr double INFINITE = std::numeric_limits<double>::infinity();
+
+// the vectorised pass picks rows that may hold a breaking bond; the scalar pass over such a row
+// decides. The margin covers what the two may differ by.
+static constexpr double MARGIN = 1.0e-10;
+
+// square of a distance below which two nodes have no direction: no force, instead of a division by 0
+static constexpr double TINY = 1.0e-300;
+
+/* ---------------------------------------------------------------------- */
+
+PairPeridemLPS::PairPeridemLPS(LAMMPS *lmp) : PairPeridem(lmp, "peridem/lps")
+{
+  comm_forward = 1;
+}
+
+/* ---------------------------------------------------------------------- */
+
+PairPeridemLPS::~PairPeridemLPS()
+{
+  memory->destroy(theta);
+  memory->destroy(pressure);
+  memory->destroy(stiffness);
+  memory->destroy(dashpot);
+}
+
+/* ---------------------------------------------------------------------- */
+
+void PairPeridemLPS::init_style()
+{
+  PairPeridem::init_style();
+
+  const int ntypes = atom->ntypes;
+  limits.assign(ntypes + 1, {INFINITE, -INFINITE, 0.0, 0.0, 0.0});
+  any_both = any_viscous = false;
+  for (int i = 1; i <= ntypes; i++) {
+    if (!covers(i)) continue;
+    auto &limit = limits[i];
+    for (int j = 1; j <= ntypes; j++) {
+      if (!covers(j)) continue;
+      const auto &mat = material(i, j);
+      limit.break_above = MIN(limit.break_above, mat.s0);
+      if (mat.break_both) limit.break_below = MAX(limit.break_below, -mat.s0);
+      any_both = any_both || mat.break_both;
+    }
+    const auto &own = material(i, i);
+    limit.dilatation_modulus = own.dilatation_modulus();
+    limit.extension_modulus = own.extension_modulus();
+    limit.viscous_modulus = own.viscous_modulus();
+    any_viscous = any_viscous || own.viscosity > 0.0;
+    if (own.strength == PeridemMaterial::GC && comm->me == 0)
+      utils::logmesg(lmp, "PERIDEM: type {}: critical stretch {:.6g} from gc {:.6g}\n", i, own.s0,
+                     own.gc);
+  }
+  constants_version = -1;
+}
+
+/* ---------------------------------------------------------------------- */
+
+void PairPeridemLPS::compute(int eflag, int vflag)
+{
+  ev_init(eflag, vflag);
+  grow();
+  if (constants_version != bonds->version) node_constants();
+
+  if (any_both)
+    dilatation_pass<true>();
+  else
+    dilatation_pass<false>();
+  comm->forward_comm(this);
+
+  if (any_viscous) {
+    if (evflag)
+      force_pass_tally<true>();
+    else
+      force_pass<true>();
+  } else {
+    if (evflag)
+      force_pass_tally<false>();
+    else
+      force_pass<false>();
+  }
+}
+
+/* ---------------------------------------------------------------------- */
+
+void PairPeridemLPS::grow()
+{
+  if (atom->nmax <= nmax) return;
+  nmax = atom->nmax;
+  memory->destroy(theta);
+  memory->destroy(pressure);
+  memory->destroy(stiffness);
+  memory->destroy(dashpot);
+  memory->create(theta, nmax, "peridem/lps:theta");
+  memory->create(pressure, nmax, "peridem/lps:pressure");
+  memory->create(stiffness, nmax, "peridem/lps:stiffness");
+  memory->create(dashpot, nmax, "peridem/lps:dashpot");
+  constants_version = -1;
+}
+
+/* ----------------------------------------------------------------------
+   what depends on the type and the weighted volume alone; a node without family has no stiffness
+------------------------------------------------------------------------- */
+
+void PairPeridemLPS::node_constants()
+{
+  const int nall = atom->nlocal + atom->nghost;
+  const int *const type = atom->type;
+  const double *const m = bonds->wvolume;
+  for (int i = 0; i < nall; i++) {
+    pressure[i] = 0.0;
+    stiffness[i] = m[i] > 0.0 ? limits[type[i]].extension_modulus / m[i] : 0.0;
+    dashpot[i] = m[i] > 0.0 ? limits[type[i]].viscous_modulus / m[i] : 0.0;
+  }
+  constants_version = bonds->version;
+}
+
+/* ----------------------------------------------------------------------
+   first pass: break what is stretched too far, sum the dilatation
+------------------------------------------------------------------------- */
+
+template <bool BOTH> void PairPeridemLPS::dilatation_pass()
+{
+  const int nlocal = atom->nlocal;
+  const double *const x = atom->x[0];
+  const double *const V = atom->vfrac;
+  const int *const type = atom->type;
+  const int *const partner = bonds->partner.data();
+  const double *const length = bonds->length.data();
+  const double *const weight = bonds->weight.data();
+
+  for (int i = 0; i < nlocal; i++) {
+    theta[i] = pressure[i] = 0.0;
+    if (bonds->num[i] <= 0) continue;
+    const double xi = x[3 * i], yi = x[3 * i + 1], zi = x[3 * i + 2];
+    const bigint begin = bonds->start[i], end = begin + bonds->num[i];
+
+    double sum = 0.0, top = -INFINITE, bottom = INFINITE;
+#if defined(_OPENMP) || defined(__GNUC__)
+#pragma omp simd reduction(+ : sum) reduction(max : top) reduction(min : bottom)
+#endif
+    for (bigint k = begin; k < end; k++) {
+      const int j = 3 * partner[k];
+      const double dx = x[j] - xi, dy = x[j + 1] - yi, dz = x[j + 2] - zi;
+      const double r = std::sqrt(dx * dx + dy * dy + dz * dz);
+      const double R = length[k];
+      const double e = r - R;
+      const double s = e / R;
+      sum += weight[k] * R * e;
+      top = s > top ? s : top;
+      if (BOTH) bottom = s < bottom ? s : bottom;
+    }
+
+    const auto &limit = limits[type[i]];
+    const double low = BOTH ? limit.break_below : -INFINITE;
+    double reached = top / limit.break_above;
+    if (BOTH && bottom < 0.0 && low > -INFINITE) reached = MAX(reached, bottom / low);
+    if (top > limit.break_above * (1.0 - MARGIN) || (BOTH && bottom < low * (1.0 - MARGIN)))
+      sum = break_bonds(i, sum);
+    if (reached > bonds->maxstretch[i]) bonds->maxstretch[i] = reached;
+
+    const double m = bonds->wvolume[i];
+    if (m > 0.0) {
+      const auto &own = material(type[i], type[i]);
+      theta[i] = own.dim() * sum / (m * V[i]);
+      pressure[i] = limit.dilatation_modulus * theta[i] / m;
+    }
+  }
+}
+
+/* ----------------------------------------------------------------------
+   sum of w v V_i V_j R e over the bonds of node i
+------------------------------------------------------------------------- */
+
+double PairPeridemLPS::extension_sum(int i) const
+{
+  double **x = atom->x;
+  double sum = 0.0;
+  for (bigint k = bonds->start[i]; k < bonds->start[i] + bonds->num[i]; k++) {
+    const double *xj = x[bonds->partner[k]];
+    const double dx = xj[0] - x[i][0], dy = xj[1] - x[i][1], dz = xj[2] - x[i][2];
+    const double R = bonds->length[k];
+    sum += bonds->weight[k] * R * (std::sqrt(dx * dx + dy * dy + dz * dz) - R);
+  }
+  return sum;
+}
+
+/* ----------------------------------------------------------------------
+   look at every bond of node i; returns the dilatation sum of those that hold.
+   The other end runs the same lines on the same numbers and decides alike.
+------------------------------------------------------------------------- */
+
+double PairPeridemLPS::break_bonds(int i, double sum)
+{
+  double **x = atom->x;
+  const int *const type = atom->type;
+  double energy_before = 0.0;
+  bool any = false;
+  for (bigint k = bonds->start[i]; k < bonds->start[i] + bonds->num[i];) {
+    const int j = bonds->partner[k];
+    const double dx = x[j][0] - x[i][0], dy = x[j][1] - x[i][1], dz = x[j][2] - x[i][2];
+    const double R = bonds->length[k];
+    const double s = (std::sqrt(dx * dx + dy * dy + dz * dz) - R) / R;
+    const auto &mat = material(type[i], type[j]);
+    if (s > mat.s0 || (mat.break_both && s < -mat.s0)) {
+      if (!any) {
+        theta[i] = material(type[i], type[i]).dim() * sum / (bonds->wvolume[i] * atom->vfrac[i]);
+        energy_before = strain_energy(i);
+      }
+      any = true;
+      bonds->break_bond(i, k);
+    } else
+      k++;
+  }
+  if (!any) return sum;
+
+  sum = extension_sum(i);
+  theta[i] = material(type[i], type[i]).dim() * sum / (bonds->wvolume[i] * atom->vfrac[i]);
+  broken_energy += energy_before - strain_energy(i);
+  return sum;
+}
+
+/* ----------------------------------------------------------------------
+   V_i W_i, with W_i = (lambda' - G)/2 theta^2 + d (d + 2) G / (2 m) sum w e^2 v V_j
+------------------------------------------------------------------------- */
+
+double PairPeridemLPS::strain_energy(int i) const
+{
+  const double m = bonds->wvolume[i];
+  if (!theta || !(m > 0.0)) return 0.0;
+  double **x = atom->x;
+  double sum = 0.0;
+  for (bigint k = bonds->start[i]; k < bonds->start[i] + bonds->num[i]; k++) {
+    const double *xj = x[bonds->partner[k]];
+    const double dx = xj[0] - x[i][0], dy = xj[1] - x[i][1], dz = xj[2] - x[i][2];
+    const double e = std::sqrt(dx * dx + dy * dy + dz * dz) - bonds->length[k];
+    sum += bonds->weight[k] * e * e;
+  }
+  const auto &own = material(atom->type[i], atom->type[i]);
+  return 0.5 * (own.lambda() - own.shear) * theta[i] * theta[i] * atom->vfrac[i] +
+      0.5 * own.extension_modulus() / m * sum;
+}
+
+/* ----------------------------------------------------------------------
+   second pass: forces on owned nodes
+------------------------------------------------------------------------- */
+
+template <bool VISCOUS> void PairPeridemLPS::force_pass()
+{
+  const int nlocal = atom->nlocal;
+  const double *const x = atom->x[0];
+  const double *const v = atom->v[0];
+  double *const f = atom->f[0];
+  const double *const a = pressure, *const b = stiffness, *const g = dashpot;
+  const int *const partner = bonds->partner.data();
+  const double *const length = bonds->length.data();
+  const double *const weight = bonds->weight.data();
+
+  for (int i = 0; i < nlocal; i++) {
+    if (bonds->num[i] <= 0) continue;
+    const double xi = x[3 * i], yi = x[3 * i + 1], zi = x[3 * i + 2];
+    const double ai = a[i], bi = b[i];
+    const bigint begin = bonds->start[i], end = begin + bonds->num[i];
+
+    double fx = 0.0, fy = 0.0, fz = 0.0;
+#if defined(_OPENMP) || defined(__GNUC__)
+#pragma omp simd reduction(+ : fx, fy, fz)
+#endif
+    for (bigint k = begin; k < end; k++) {
+      const int jn = partner[k], j = 3 * jn;
+      const double dx = x[j] - xi, dy = x[j + 1] - yi, dz = x[j + 2] - zi;
+      const double r = std::sqrt(dx * dx + dy * dy + dz * dz + TINY);
+      const double R = length[k];
+      double force = (ai + a[jn]) * R + (bi + b[jn]) * (r - R);
+      if (VISCOUS)
+        force += (g[i] + g[jn]) *
+            ((v[j] - v[3 * i]) * dx + (v[j + 1] - v[3 * i + 1]) * dy +
+             (v[j + 2] - v[3 * i + 2]) * dz) / r;
+      force *= weight[k] / r;
+      fx += force * dx;
+      fy += force * dy;
+      fz += force * dz;
+    }
+    f[3 * i] += fx;
+    f[3 * i + 1] += fy;
+    f[3 * i + 2] += fz;
+  }
+}
+
+/* ----------------------------------------------------------------------
+   the same with energy and virial; each end of a bond tallies its half
+------------------------------------------------------------------------- */
+
+template <bool VISCOUS> void PairPeridemLPS::force_pass_tally()
+{
+  const int nlocal = atom->nlocal;
+  double **x = atom->x, **v = atom->v, **f = atom->f;
+
+  for (int i = 0; i < nlocal; i++) {
+    if (bonds->num[i] <= 0) continue;
+    double fi[3] = {0.0, 0.0, 0.0};
+    double w[6] = {0.0, 0.0, 0.0, 0.0, 0.0, 0.0};
+    for (bigint k = bonds->start[i]; k < bonds->start[i] + bonds->num[i]; k++) {
+      const int j = bonds->partner[k];
+      const double d[3] = {x[j][0] - x[i][0], x[j][1] - x[i][1], x[j][2] - x[i][2]};
+      const double r = std::sqrt(d[0] * d[0] + d[1] * d[1] + d[2] * d[2] + TINY);
+      const double R = bonds->length[k];
+      double force = (pressure[i] + pressure[j]) * R + (stiffness[i] + stiffness[j]) * (r - R);
+      if (VISCOUS) {
+        double rate = 0.0;
+        for (int m = 0; m < 3; m++) rate += (v[j][m] - v[i][m]) * d[m];
+        force += (dashpot[i] + dashpot[j]) * rate / r;
+      }
+      force *= bonds->weight[k] / r;
+      for (int m = 0; m < 3; m++) fi[m] += force * d[m];
+      w[0] -= 0.5 * force * d[0] * d[0];
+      w[1] -= 0.5 * force * d[1] * d[1];
+      w[2] -= 0.5 * force * d[2] * d[2];
+      w[3] -= 0.5 * force * d[0] * d[1];
+      w[4] -= 0.5 * force * d[0] * d[2];
+      w[5] -= 0.5 * force * d[1] * d[2];
+    }
+    for (int m = 0; m < 3; m++) f[i][m] += fi[m];
+
+    if (eflag_either) {
+      const double energy = strain_energy(i);
+      if (eflag_global) eng_vdwl += energy;
+      if (eflag_atom) eatom[i] += energy;
+    }
+    if (vflag_either)
+      for (int m = 0; m < 6; m++) {
+        if (vflag_global) virial[m] += w[m];
+        if (vflag_atom) vatom[i][m] += w[m];
+      }
+  }
+}
+
+/* ---------------------------------------------------------------------- */
+
+int PairPeridemLPS::pack_forward_comm(int n, int *list, double *buf, int, int *)
+{
+  for (int m = 0; m < n; m++) buf[m] = pressure[list[m]];
+  return n;
+}
+
+/* ---------------------------------------------------------------------- */
+
+void PairPeridemLPS::unpack_forward_comm(int n, int first, double *buf)
+{
+  for (int m = 0; m < n; m++) pressure[first + m] = buf[m];
+}
+
+/* ---------------------------------------------------------------------- */
+
+double PairPeridemLPS::memory_usage()
+{
+  return Pair::memory_usage() + 4.0 * nmax * sizeof(double);
+}

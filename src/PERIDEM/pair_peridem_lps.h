@@ -1,0 +1,71 @@
+/* -*- c++ -*- ----------------------------------------------------------
+   LAMMPS - Large-scale Atomic/Molecular Massively Parallel Simulator
+   https://www.lammps.org/, Sandia National Laboratories
+   LAMMPS development team: developers@lammps.org
+
+   This file is part of PERIDEM, a package for LAMMPS.  It is distributed
+   under the GNU General Public License, version 2.
+
+   See the README file in the top-level LAMMPS directory.
+------------------------------------------------------------------------- */
+
+#ifdef PAIR_CLASS
+// clang-format off
+PairStyle(peridem/lps,PairPeridemLPS);
+// clang-format on
+#else
+
+#ifndef LMP_PAIR_PERIDEM_LPS_H
+#define LMP_PAIR_PERIDEM_LPS_H
+
+#include "pair_peridem.h"
+
+namespace LAMMPS_NS {
+
+// The linear peridynamic solid (Silling et al. 2007), in 3d, plane strain and plane stress:
+//   theta_i = d/m_i sum w R e v V_j
+//   F_ij = w v V_i V_j [ (a_i + a_j) R + (b_i + b_j) e ],  a = d (lambda' - G) theta / m,
+//                                                          b = d (d + 2) G / m
+
+class PairPeridemLPS : public PairPeridem {
+ public:
+  PairPeridemLPS(class LAMMPS *);
+  ~PairPeridemLPS() override;
+  void init_style() override;
+  void compute(int, int) override;
+  int pack_forward_comm(int, int *, double *, int, int *) override;
+  void unpack_forward_comm(int, int, double *) override;
+  double dilatation(int i) const override { return theta ? theta[i] : 0.0; }
+  double strain_energy(int) const override;
+  double memory_usage() override;
+
+ private:
+  int nmax{0};
+  double *theta{nullptr};        // dilatation of owned nodes
+  double *pressure{nullptr};     // a_i of owned and ghost nodes
+  double *stiffness{nullptr};    // b_i
+  double *dashpot{nullptr};      // d (d + 2) viscosity / m_i
+
+  // per type
+  struct Limits {
+    double break_above;     // smallest s0 of the bonds this type can have
+    double break_below;     // -s0 if bonds break in compression too, else minus infinity
+    double dilatation_modulus, extension_modulus, viscous_modulus;
+  };
+  std::vector<Limits> limits;
+  bool any_both{false}, any_viscous{false};
+  bigint constants_version{-1};
+
+  void grow();
+  void node_constants();
+  template <bool BOTH> void dilatation_pass();
+  double extension_sum(int) const;
+  double break_bonds(int, double);
+  template <bool VISCOUS> void force_pass();
+  template <bool VISCOUS> void force_pass_tally();
+};
+
+}    // namespace LAMMPS_NS
+
+#endif
+#endif
