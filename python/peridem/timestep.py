@@ -1,0 +1,136 @@
+"""The largest stable time step of a scene.
+
+Velocity Verlet is stable while dt < 2/omega, omega the highest natural frequency. For the bonds it
+is found from the stiffness of a grain's reference configuration; contacts, of which there are none
+yet when a scene is written, are bounded by the most that a node can have at once.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import sparse
+from scipy.sparse.linalg import eigsh
+from scipy.spatial import cKDTree
+
+from peridem.cloud import Cloud
+from peridem.material import INFLUENCE, Material
+
+Array = NDArray[np.float64]
+
+# Nodes of other grains or walls within the contact distance of one node, all pressed at once: in 2D
+# a corner between two faces of nodes (two on each) and a wall; in 3D twice that.
+CONTACTS_AT_ONCE = {2: 5, 3: 10}
+
+
+def bonds(cloud: Cloud, horizon: float) -> tuple[NDArray[np.int64], Array]:
+    """Bonds of a cloud: pairs of nodes within the horizon, (b, 2), and their lengths, (b,)."""
+    pairs = cKDTree(cloud.nodes).query_pairs(horizon * (1.0 + 1e-9), output_type="ndarray")
+    pairs = pairs[np.lexsort((pairs[:, 1], pairs[:, 0]))].astype(np.int64)
+    length = np.linalg.norm(cloud.nodes[pairs[:, 1]] - cloud.nodes[pairs[:, 0]], axis=1)
+    return pairs, np.asarray(length)
+
+
+def stiffness(cloud: Cloud, material: Material) -> sparse.csr_matrix:
+    """Stiffness matrix of the linear peridynamic solid in its reference configuration.
+
+    Row and column d*i + k belong to the displacement of node i along k, d the dimension:
+    (d n, d n), symmetric.
+
+    Raises:
+        ValueError: nodes without a bond within the horizon; it says how many and the first of them.
+    """
+    n, d = cloud.nodes.shape
+    pairs, length = bonds(cloud, material.horizon)
+    i, j = pairs.T
+    alone = np.setdiff1d(np.arange(n), pairs)
+    if len(alone):
+        raise ValueError(
+            f"cloud '{cloud.name}': {len(alone)} of {n} nodes have no other within the horizon "
+            f"{material.horizon:g} (the first is node {alone[0] + 1}); spacing is {cloud.spacing:g}"
+        )
+    size = cloud.cell_sizes
+    cell = 0.5 * (size[i] + size[j])
+    cut = np.clip((material.horizon + 0.5 * cell - length) / cell, 0.0, 1.0)
+    weight = INFLUENCE[material.influence](length / material.horizon) * cut
+    volume = cloud.volumes
+    family = np.zeros(n)
+    np.add.at(family, i, weight * length**2 * volume[j])
+    np.add.at(family, j, weight * length**2 * volume[i])
+
+    # extension of each bond, then dilatation of each node, from the displacements
+    b = np.arange(len(pairs))
+    along = (cloud.nodes[j] - cloud.nodes[i]) / length[:, None]
+    column = np.concatenate([(d * j[:, None] + np.arange(d)), (d * i[:, None] + np.arange(d))])
+    extension = sparse.csr_matrix(
+        (np.concatenate([along, -along]).ravel(), (np.tile(b, 2).repeat(d), column.ravel())),
+        shape=(len(pairs), d * n),
+    )
+    dc = material.constants_dimension(d)
+    share = dc * weight * length
+    gather = sparse.csr_matrix(
+        (
+            np.concatenate([share * volume[j] / family[i], share * volume[i] / family[j]]),
+            (np.concatenate([i, j]), np.tile(b, 2)),
+        ),
+        shape=(n, len(pairs)),
+    )
+    dilatation = gather @ extension
+    shear, lame = material.shear, material.lame(d)
+    spring = dc * (dc + 2) * shear * weight * volume[i] * volume[j]
+    spring *= 1.0 / family[i] + 1.0 / family[j]
+    matrix = extension.T @ sparse.diags(spring) @ extension
+    matrix += dilatation.T @ sparse.diags((lame - shear) * volume) @ dilatation
+    return sparse.csr_matrix(matrix)
+
+
+def highest_frequency(cloud: Cloud, material: Material) -> float:
+    """Highest natural frequency of a grain, in radians per time."""
+    root = 1.0 / np.sqrt(material.density * cloud.volumes.repeat(cloud.dimension))
+    scale = sparse.diags(root)
+    matrix = scale @ stiffness(cloud, material) @ scale
+    if matrix.shape[0] <= 12:
+        return math.sqrt(float(np.linalg.eigvalsh(matrix.toarray())[-1]))
+    start = np.random.default_rng(1).standard_normal(matrix.shape[0])
+    top = eigsh(matrix, k=1, which="LA", v0=start, tol=1e-6, return_eigenvectors=False)
+    return math.sqrt(float(top[0]))
+
+
+@dataclass(frozen=True)
+class StableStep:
+    """What limits the time step.
+
+    Attributes:
+        bonds: largest stable step of the bonds alone.
+        contacts: largest stable step of the contacts alone.
+        together: largest stable step of both.
+    """
+
+    bonds: float
+    contacts: float
+
+    @property
+    def together(self) -> float:
+        """Frequencies squared add up at worst (eigenvalues of a sum of symmetric matrices)."""
+        return 1.0 / math.sqrt(self.bonds**-2 + self.contacts**-2)
+
+
+def stable_step(clouds: list[Cloud], materials: list[Material], spring: float) -> StableStep:
+    """The largest stable time step of grains with the given clouds and materials.
+
+    Args:
+        clouds: one for each kind of grain, at its largest and smallest size in use.
+        materials: of each cloud.
+        spring: stiffest spring of one pair of touching nodes, force over length.
+    """
+    omega = max(highest_frequency(c, m) for c, m in zip(clouds, materials, strict=True))
+    dimension = clouds[0].dimension
+    # rows of a contact stiffness: a node's own springs and their far ends, k/m each (Gershgorin)
+    lightest = min(
+        float(m.density * c.volumes.min()) for c, m in zip(clouds, materials, strict=True)
+    )
+    contact = math.sqrt(2.0 * CONTACTS_AT_ONCE[dimension] * spring / lightest)
+    return StableStep(bonds=2.0 / omega, contacts=2.0 / contact)
