@@ -1,0 +1,84 @@
+# Thin: CMake builds, pip installs, two scripts in cmake/ find what is missing. `make` lists the targets.
+
+BUILD ?= build
+VENV ?= .venv
+LAMMPS_DIR ?=
+PERIDEM_NATIVE ?= ON
+PYTEST_ARGS ?=
+# the examples' and the tests' own defaults suit two cores
+RANKS ?= 2
+
+SHELL := /bin/bash
+.SHELLFLAGS := -euo pipefail -c
+.DEFAULT_GOAL := help
+.PHONY: help demo test quick build python system lint lock clean distclean FORCE
+.NOTPARALLEL:
+
+python := $(VENV)/bin/python
+tree := $(if $(LAMMPS_DIR),$(abspath $(LAMMPS_DIR)),$(BUILD)/lammps-src)
+export LAMMPS_LMP := $(abspath $(BUILD)/lmp)
+export MPLBACKEND := Agg
+
+# Containers run as root, and small machines have fewer cores than a test has ranks; Open MPI wants
+# both said (4 reads the OMPI_ names, 5 also the PRTE_ ones).
+ifeq ($(shell id -u),0)
+  export OMPI_ALLOW_RUN_AS_ROOT := 1
+  export OMPI_ALLOW_RUN_AS_ROOT_CONFIRM := 1
+  export PRTE_ALLOW_RUN_AS_ROOT := 1
+  export PRTE_ALLOW_RUN_AS_ROOT_CONFIRM := 1
+endif
+export OMPI_MCA_rmaps_base_oversubscribe := 1
+export PRTE_MCA_rmaps_default_mapping_policy := :oversubscribe
+
+help: ## list the targets (the default)
+	@sed -n 's/^\([a-z]*\):.*## \(.*\)/  make \1\t\2/p' $(MAKEFILE_LIST) | expand -t 18
+	@echo
+	@echo '  LAMMPS_DIR=/path/to/lammps make build    take that source tree (4Feb2025 to 4Jul2026)'
+	@echo '  PERIDEM_NATIVE=OFF make build            for any processor of this architecture'
+	@echo '  PYTHON=/path/to/python3 make build       the Python that .venv is made with (3.10 to 3.13)'
+	@echo '  PYTEST_ARGS="-k restart" make test       options for pytest'
+
+demo: build ## set everything up, then crush a box of grains: pictures in out/demo
+	$(python) examples/compression/compression.py --ranks $(RANKS) --output out/demo
+
+test: build ## set everything up, then run every test
+	PERIDEM_TESTS_MUST_RUN=1 $(python) -m pytest tests $(PYTEST_ARGS)
+
+quick: build ## set everything up, then run the tests of a minute
+	PERIDEM_TESTS_MUST_RUN=1 $(python) -m pytest tests -m 'not slow' $(PYTEST_ARGS)
+
+build: $(BUILD)/configured ## build/lmp and build/liblammps.so with PERIDEM, and .venv with the lammps module
+	@cmake --build $(BUILD)
+	@cmake/setup-python.sh $(VENV) $(tree) $(BUILD)/liblammps.so
+
+system: ## install what is missing with apt (as root or with sudo), or print the line to run
+	@cmake/setup-system.sh
+
+# Configured again only when these options change; CMake itself notices changes of its files.
+options = LAMMPS_DIR=$(if $(LAMMPS_DIR),$(abspath $(LAMMPS_DIR))) PERIDEM_NATIVE=$(PERIDEM_NATIVE)
+$(BUILD)/options: FORCE
+	@mkdir -p $(BUILD)
+	@echo '$(options)' | cmp -s - $@ || echo '$(options)' >$@
+FORCE:
+
+$(BUILD)/configured: $(BUILD)/options | system
+	@if [ ! -f $(BUILD)/CMakeCache.txt ] && command -v ninja >/dev/null; then \
+	   export CMAKE_GENERATOR=Ninja; fi; \
+	 cmake -S . -B $(BUILD) $(addprefix -D ,$(options))
+	@touch $@
+
+lint: build ## check the Python files' style and types
+	$(VENV)/bin/ruff check .
+	$(VENV)/bin/mypy --config-file python/pyproject.toml python/peridem
+
+lock: ## write requirements.txt anew from python/pyproject.toml and requirements.in (needs uv)
+	uv pip compile --quiet --universal --python-version 3.10 --generate-hashes --no-build \
+	  --no-annotate --custom-compile-command 'make lock' --extra test \
+	  python/pyproject.toml requirements.in --output-file requirements.txt
+
+clean: ## remove what was built and made, but not what was fetched
+	rm -rf $(VENV) out
+	if [ -d $(BUILD) ]; then find $(BUILD) -mindepth 1 -maxdepth 1 ! -name downloads -exec rm -rf {} +; fi
+
+distclean: clean ## remove the fetched files too
+	rm -rf $(BUILD)
