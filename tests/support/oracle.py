@@ -64,6 +64,7 @@ class Solid:
     taper_length: float | None = None
     s0: float = np.inf
     break_both: bool = False
+    viscosity: float = 0.0
 
     @property
     def d(self) -> int:
@@ -138,6 +139,7 @@ class Bonds:
     d: Array  # per node
     lame: Array  # per node
     shear: Array  # per node
+    viscosity: Array  # per node
     break_both: NDArray[np.bool_]
     intact: NDArray[np.bool_] = field(default_factory=lambda: np.zeros(0, bool))
 
@@ -183,7 +185,7 @@ def families(
         part = np.ones_like(length)
     node = {
         name: np.array([getattr(solids[int(t)], name) for t in types], dtype=float)
-        for name in ("d", "lame", "shear", "s0")
+        for name in ("d", "lame", "shear", "s0", "viscosity")
     }
     m = np.zeros(n)
     np.add.at(m, i, weight * length**2 * part * volume[j])
@@ -200,6 +202,7 @@ def families(
         d=node["d"],
         lame=node["lame"],
         shear=node["shear"],
+        viscosity=node["viscosity"],
         break_both=np.full(len(i), first.break_both),
         intact=np.ones(len(i), bool),
     )
@@ -251,8 +254,12 @@ def safe_inverse(value: Array) -> Array:
     return np.divide(1.0, value, out=np.zeros_like(value), where=value > 0)
 
 
-def bond_state(bonds: Bonds, x: Array) -> BondState:
-    """Dilatation, force, energy and virial of the intact bonds at positions ``x``."""
+def bond_state(bonds: Bonds, x: Array, v: Array | None = None) -> BondState:
+    """Dilatation, force, energy and virial of the intact bonds at positions ``x``.
+
+    With velocities, bonds of viscous nodes also resist the rate of their length as the deviatoric
+    spring resists its change: t_i gains d (d+2) eta w (dr/dt) / m_i.
+    """
     i, j, big_r = bonds.i, bonds.j, bonds.length
     n, volume, d, g = len(bonds.volume), bonds.volume, bonds.d, bonds.shear
     between = x[j] - x[i]
@@ -272,7 +279,12 @@ def bond_state(bonds: Bonds, x: Array) -> BondState:
         deviatoric = d[node] * (d[node] + 2) * g[node] * e
         return bonds.weight * (isotropic + deviatoric) * over_m[node]
 
-    pull = mu * (state(i) + state(j)) * bonds.part * volume[i] * volume[j]
+    pull = state(i) + state(j)
+    if v is not None:
+        rate = np.einsum("pa,pa->p", v[j] - v[i], between) / r
+        resistance = d * (d + 2) * bonds.viscosity * over_m
+        pull += bonds.weight * (resistance[i] + resistance[j]) * rate
+    pull *= mu * bonds.part * volume[i] * volume[j]
     on_i = (pull / r)[:, None] * between
 
     squares = np.zeros(n)
@@ -290,12 +302,12 @@ def bond_state(bonds: Bonds, x: Array) -> BondState:
 
 
 def damage(bonds: Bonds) -> Array:
-    """Broken fraction of each node's family, by volume; 0 for a node without a family."""
+    """Broken fraction of each node's family by volume v V_j; 0 for a node without a family."""
     whole, broken = np.zeros(len(bonds.volume)), np.zeros(len(bonds.volume))
     gone = ~bonds.intact
     for a, b in ((bonds.i, bonds.j), (bonds.j, bonds.i)):
-        np.add.at(whole, a, bonds.volume[b])
-        np.add.at(broken, a, gone * bonds.volume[b])
+        np.add.at(whole, a, bonds.part * bonds.volume[b])
+        np.add.at(broken, a, gone * bonds.part * bonds.volume[b])
     return broken * safe_inverse(whole)
 
 

@@ -14,7 +14,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from .oracle import Array, Ints
+from .oracle import Array, Ints, Solid
 
 
 def reference_folder(case: str) -> Path:
@@ -73,3 +73,18 @@ class Recording:
             theta=take("theta")[:, 0],
             m=take("mx")[:, 0],
         )
+
+
+def jha_solid(particle: dict[str, str]) -> Solid:
+    """The solid a recorded particle is made of: constants of 3D in 2D, taper with its smallest
+    node spacing, linear influence, breaking in tension and compression."""
+    return Solid(
+        bulk=float(particle["K"]),
+        shear=float(particle["G"]),
+        horizon=float(particle["horizon"]),
+        dimension=2,
+        plane="jha",
+        taper_length=float(particle["h"]),
+        s0=float(particle["s0"]),
+        break_both=True,
+    )

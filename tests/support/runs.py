@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from .clouds import Cloud
-from .oracle import Array, Solid
+from .oracle import Array, Contact, Solid
 
 
 def number(value: float) -> str:
@@ -38,6 +38,17 @@ def lps_words(solid: Solid, extra: str = "") -> str:
         words += " volume taper"
     if solid.break_both:
         words += " break both"
+    if solid.viscosity:
+        words += f" viscosity {number(solid.viscosity)}"
+    return f"{words} {extra}".strip()
+
+
+def contact_words(law: Contact, extra: str = "") -> str:
+    """Keywords of ``pair_coeff I J peridem/contact`` for a law of the numpy model."""
+    words = f"radius {number(law.radius)} stiffness {number(law.stiffness)}"
+    words += f" damping {number(law.damping)} friction {number(law.friction)}"
+    if law.friction:
+        words += f" tangential regularised {number(law.tangential)}"
     return f"{words} {extra}".strip()
 
 
@@ -51,7 +62,10 @@ def header(
     extra: str = "",
     with_reference: bool = True,
 ) -> str:
-    """Script lines up to ``read_data``; boundaries from ``one.periodic``, z periodic in 2D."""
+    """Script lines up to ``read_data``; boundaries from ``one.periodic``, z periodic in 2D.
+
+    Energies are totals (``thermo_modify norm no``) whatever the units.
+    """
     faces = ["p" if wraps else "f" for wraps in one.periodic]
     if dimension == 2:
         faces[2] = "p"
@@ -65,6 +79,7 @@ def header(
         atom_style peridem{" reference" if with_reference else ""}
         neighbor {number(skin)} bin
         read_data {data}
+        thermo_modify norm no
         """
     )
 
@@ -202,3 +217,14 @@ class MpiRunner:
         if check and done.returncode != 0:
             raise AssertionError(f"{' '.join(command)} failed:\n{done.stdout}\n{done.stderr}")
         return done
+
+
+def solid_script(solid: Solid, extra: str = "") -> str:
+    """``pair_style peridem/lps`` with one material for every type, and nve."""
+    return dedent(
+        f"""
+        pair_style peridem/lps
+        pair_coeff * * {lps_words(solid, extra)}
+        fix motion all nve
+        """
+    )

