@@ -62,7 +62,7 @@ class Cloud:
     @cached_property
     def edges(self) -> Cells:
         """The sides of all cells as sorted pairs of node numbers, each once, (e, 2)."""
-        return _unique_faces(self.cells, 2)[0]
+        return unique_faces(self.cells, 2)[0]
 
     @property
     def centroid(self) -> Array:
@@ -146,7 +146,7 @@ def from_cells(nodes: ArrayLike, cells: ArrayLike, name: str = "cloud") -> Cloud
         )
         c = np.searchsorted(used, c)
         x = x[used]
-    faces, count = _unique_faces(c, c.shape[1] - 1)
+    faces, count = unique_faces(c, c.shape[1] - 1)
     if count.max() > 2:
         raise ValueError(f"cloud '{name}': a side is shared by {count.max()} cells; 2 at most")
     surface = np.zeros(len(x), dtype=bool)
@@ -277,7 +277,7 @@ def _signed_volumes(nodes: Array, cells: Cells) -> Array:
     return np.asarray(np.linalg.det(corners[:, 1:] - corners[:, :1]) / math.factorial(d))
 
 
-def _unique_faces(cells: Cells, corners: int) -> tuple[Cells, NDArray[np.int64]]:
+def unique_faces(cells: Cells, corners: int) -> tuple[Cells, NDArray[np.int64]]:
     """All sub-simplices with so many corners, each once, and how many cells have it."""
     from itertools import combinations
 

@@ -31,6 +31,7 @@ Array = NDArray[np.float64]
 
 DATA, SCRIPT, MESH, SUMMARY = "grains.data", "in.grains", "mesh.vtu", "scene.json"
 DUMP, WALLS, RESTART, STOP = "grains.dump", "walls.dat", "grains.restart", "stop"
+FIXES = ("weight", "motion", "walls", "halt")  # IDs of the script's own fixes
 
 
 @dataclass(frozen=True, eq=False)
@@ -60,6 +61,8 @@ class Wall:
     def __post_init__(self) -> None:
         if not re.fullmatch(r"\w+", self.name):
             raise ValueError(f"wall '{self.name}': a name has letters, digits and underscores only")
+        if self.name in FIXES:
+            raise ValueError(f"wall '{self.name}': the script needs the names {', '.join(FIXES)}")
         values = (*self.point, *self.normal, *self.velocity)
         if not np.isfinite(values).all() or not any(self.normal):
             raise ValueError(f"wall '{self.name}': finite values and a normal other than 0 needed")
@@ -90,7 +93,7 @@ class Scene:
         frames: how many dumps after the first.
         records: how many averages of the wall forces are written.
         safety: time step over the largest stable one.
-        margin: how far beyond grains and walls the simulation box reaches; None: four contact radii.
+        margin: how far the simulation box reaches beyond all; None: four contact radii.
     """
 
     title: str
@@ -142,7 +145,7 @@ class Scene:
                         "at the start; its normal must point to the grains"
                     )
 
-    # ---- numbers that follow ------------------------------------------------------------------------
+    # ---- numbers that follow ---------------------------------------------------------------------
 
     @property
     def contact_radius(self) -> float:
@@ -153,7 +156,7 @@ class Scene:
 
     def _kinds(self) -> list[tuple[Cloud, Material]]:
         """One grain of each kind: the same mesh at the same size, of the same material."""
-        kinds = {}
+        kinds: dict[object, tuple[Cloud, Material]] = {}
         for grain in self.grains:
             c = grain.cloud
             key = (c.name, len(c.nodes), f"{c.volumes.sum():.6e} {c.volumes.min():.6e}")
@@ -180,7 +183,7 @@ class Scene:
         everything = np.vstack(points)
         return everything.min(axis=0) - margin, everything.max(axis=0) + margin
 
-    # ---- files --------------------------------------------------------------------------------------
+    # ---- files -----------------------------------------------------------------------------------
 
     def write(self, folder: str | Path) -> Path:
         """Write the scene into a folder, made if missing; returns the path of the input script.
@@ -206,19 +209,16 @@ class Scene:
             low, high = np.append(low, -half), np.append(high, half)
         count = sum(len(grain.cloud.nodes) for grain in self.grains)
         lines = [
-            f"{self.title}: {len(self.grains)} grains, made by peridem {__version__}",
+            f"{self.title}; columns of Atoms: node, grain, material, volume, density, x, y, z",
             "",
             f"{count} atoms",
             f"{len(self.materials)} atom types",
             "",
             *(f"{a:.10g} {b:.10g} {k}lo {k}hi" for a, b, k in zip(low, high, "xyz", strict=True)),
             "",
-            "# node, grain, material, volume, density, position",
-            "",
             "Atoms # peridem",
             "",
         ]
-        del lines[-4:-2]  # LAMMPS reads no comment line before a section heading
         node = 0
         for number, grain in enumerate(self.grains, 1):
             kind = self.materials.index(grain.material) + 1
@@ -274,7 +274,7 @@ class Scene:
         stable = self.stable_step()
         return float(f"{self.safety * stable.together:.2g}"), stable
 
-    # ---- the script ---------------------------------------------------------------------------------
+    # ---- the script ------------------------------------------------------------------------------
 
     def script(self) -> str:
         """The input script."""
@@ -388,8 +388,8 @@ read_data       {DATA:<24}# columns: node, grain, material, volume, density, x, 
             lines.append(f"fix weight all gravity {strength:.8g} vector {towards}")
         lines += [
             "fix motion all nve",
-            f"# stable up to {stable.bonds:.3g} s for the bonds alone (highest frequency of a grain),",
-            f"# {stable.contacts:.3g} s for the contacts (each node pressed by several at once),",
+            f"# stable up to {stable.bonds:.3g} s for bonds alone (highest frequency of a grain),",
+            f"# {stable.contacts:.3g} s for contacts (each node pressed by several at once),",
             f"# {stable.together:.3g} s for both; taken: {self.safety:g} of that",
             f"timestep        {step:.8g}",
         ]
