@@ -20,12 +20,10 @@ export LAMMPS_LMP := $(abspath $(BUILD)/lmp)
 export MPLBACKEND := Agg
 
 # Containers run as root, and small machines have fewer cores than a test has ranks; Open MPI wants
-# both said (4 reads the OMPI_ names, 5 also the PRTE_ ones).
+# both said (the last of these is for Open MPI 5).
 ifeq ($(shell id -u),0)
   export OMPI_ALLOW_RUN_AS_ROOT := 1
   export OMPI_ALLOW_RUN_AS_ROOT_CONFIRM := 1
-  export PRTE_ALLOW_RUN_AS_ROOT := 1
-  export PRTE_ALLOW_RUN_AS_ROOT_CONFIRM := 1
 endif
 export OMPI_MCA_rmaps_base_oversubscribe := 1
 export PRTE_MCA_rmaps_default_mapping_policy := :oversubscribe
