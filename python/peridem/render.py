@@ -1,9 +1,9 @@
 """Pictures: grains as filled shapes, wall stress, and VTU/PVD time series.
 
 All of them read a folder that :mod:`peridem.scene` wrote and LAMMPS ran in. Grains are drawn by the
-cells of their meshes. A cell is left out once one of its sides has been stretched beyond the critical
-stretch in a dump so far, so cracks and fragments show. Outlines are drawn half a contact radius
-outside the boundary nodes, which is where two grains touch.
+cells of their meshes. A cell is left out once one of its sides has been stretched beyond the
+critical stretch in a dump so far, so cracks and fragments show. Outlines are drawn half a contact
+radius outside the boundary nodes, which is where two grains touch.
 """
 
 from __future__ import annotations
@@ -124,14 +124,14 @@ class Output:
         for a in range(ordered.shape[1]):
             for b in range(a + 1, ordered.shape[1]):
                 keep &= ~np.isin(ordered[:, a] * n + ordered[:, b], codes)
-        return self.cells[keep]
+        return np.asarray(self.cells[keep])
 
     def pick(self, count: int) -> list[int]:
         """Numbers of so many frames, evenly spread from the first to the last."""
         return sorted(set(np.linspace(0, len(self.dump) - 1, count).round().astype(int).tolist()))
 
 
-# ---- PNG ------------------------------------------------------------------------------------------
+# ---- PNG -----------------------------------------------------------------------------------------
 
 
 def draw_frame(axes: Axes, output: Output, i: int, top: float) -> None:
@@ -296,14 +296,14 @@ def _half_plane(wall: PlacedWall, axes: Axes) -> Any:
     return Polygon(np.array(corners), facecolor=WALL, edgecolor="none", zorder=1)
 
 
-# ---- wall stress -----------------------------------------------------------------------------------
+# ---- wall stress ---------------------------------------------------------------------------------
 
 
 def wall_stress(folder: str | Path, wall: str | None = None) -> tuple[Array, Array]:
     """How far a moving wall has gone, and the pressure on it: (n,) and (n,).
 
-    The pressure is the force of the grains along the wall's normal over its area, which in 2D is the
-    distance of the two walls across it.
+    The pressure is the force of the grains along the wall's normal over its area, which in 2D is
+    the distance of the two walls across it.
 
     Args:
         folder: of the run.
@@ -372,7 +372,7 @@ def stress_png(
     return Path(path)
 
 
-# ---- VTU and PVD -----------------------------------------------------------------------------------
+# ---- VTU and PVD ---------------------------------------------------------------------------------
 
 
 def pvd(folder: str | Path, path: str | Path) -> Path:

@@ -1,8 +1,8 @@
 """Running an input script: under ``mpirun``, or in this process.
 
 Both show how far the run is and how long it will take, stop cleanly on Ctrl-C or SIGTERM (the
-script made by :mod:`peridem.scene` then writes its restart file), and report a failure with LAMMPS's
-own message and the line of the script.
+script made by :mod:`peridem.scene` then writes its restart file), and report a failure with
+LAMMPS's own message and the line of the script.
 """
 
 from __future__ import annotations
@@ -129,7 +129,7 @@ def run(
             environment.setdefault("OMPI_ALLOW_RUN_AS_ROOT_CONFIRM", "1")
         if ranks > (os.cpu_count() or 1):
             environment.setdefault("OMPI_MCA_rmaps_base_oversubscribe", "1")
-    # a session of its own: Ctrl-C at the terminal then reaches only this process, which passes it on
+    # a session of its own: Ctrl-C at the terminal reaches this process only, which passes it on
     folder = script.parent
     _clear(folder)
     with (folder / "screen.txt").open("w") as screen:
