@@ -109,7 +109,7 @@ void FixPeridemBonds::init()
   for (int i = 1; i <= ntypes; i++)
     for (int j = i; j <= ntypes; j++)
       if (const auto *mat = material(i, j)) need = MAX(need, mat->horizon * (1.0 + 2.0 * SLACK));
-  if (longest > 0.0) need = MAX(need, longest + neighbor->skin);
+  if (longest > 0.0) need = MAX(need, longest + MIN(neighbor->skin, longest));
   require_ghost_cutoff(need, true);
 
   for (int k = 0; k < domain->dimension; k++) {
@@ -300,15 +300,27 @@ bool FixPeridemBonds::bonded(int i, tagint jtag) const
 }
 
 /* ----------------------------------------------------------------------
-   distance of two nodes of one grain in the reference configuration
+   sum of v_ij V_j over the bonds that hold
 ------------------------------------------------------------------------- */
 
-double FixPeridemBonds::reference_distance(int i, int j) const
+double FixPeridemBonds::intact_volume(int i) const
 {
-  double **X = atom->x0;
-  double dx = X[j][0] - X[i][0], dy = X[j][1] - X[i][1], dz = X[j][2] - X[i][2];
-  domain->minimum_image(FLERR, dx, dy, dz);
-  return std::sqrt(dx * dx + dy * dy + dz * dz);
+  const int *const type = atom->type;
+  double sum = 0.0;
+  for (bigint k = start[i]; k < start[i] + num[i]; k++) {
+    const int j = partner[k];
+    const auto *mat = material(type[i], type[j]);
+    const double h = mat->cell > 0.0 ? mat->cell : 0.5 * (cell_size(i) + cell_size(j));
+    sum += mat->volume_factor(length[k], h) * atom->vfrac[j];
+  }
+  return sum;
+}
+
+/* ---------------------------------------------------------------------- */
+
+double FixPeridemBonds::cell_size(int i) const
+{
+  return std::pow(atom->vfrac[i], 1.0 / domain->dimension);
 }
 
 /* ---------------------------------------------------------------------- */
@@ -450,7 +462,6 @@ void FixPeridemBonds::build_families()
 
     start[i] = static_cast<bigint>(ptag.size());
     num[i] = nref[i] = static_cast<int>(row.size());
-    const double hi_size = std::pow(atom->vfrac[i], 1.0 / domain->dimension);
     for (const auto &bond : row) {
       ptag.push_back(bond.tag);
       length.push_back(bond.length);
@@ -458,8 +469,7 @@ void FixPeridemBonds::build_families()
       weight.push_back(0.0);
       const auto *mat = material(type[i], type[bond.j]);
       const double Vj = atom->vfrac[bond.j];
-      const double h = mat->cell > 0.0 ? mat->cell
-                                       : 0.5 * (hi_size + std::pow(Vj, 1.0 / domain->dimension));
+      const double h = mat->cell > 0.0 ? mat->cell : 0.5 * (cell_size(i) + cell_size(bond.j));
       const double vVj = mat->volume_factor(bond.length, h) * Vj;
       famvolume[i] += vVj;
       wvolume[i] += mat->influence(bond.length / mat->horizon) * bond.length * bond.length * vVj;
@@ -605,7 +615,7 @@ void FixPeridemBonds::compute_weights()
   const double *const V = atom->vfrac;
 
   cellsize.resize(nall);
-  for (int i = 0; i < nall; i++) cellsize[i] = std::pow(V[i], 1.0 / domain->dimension);
+  for (int i = 0; i < nall; i++) cellsize[i] = cell_size(i);
 
   for (int i = 0; i < nlocal; i++)
     for (bigint k = start[i]; k < start[i] + num[i]; k++) {

@@ -89,7 +89,7 @@ class FixPeridemBonds : public Fix {
 
   void break_bond(int i, bigint k);
   bool bonded(int i, tagint jtag) const;
-  double reference_distance(int i, int j) const;
+  double intact_volume(int i) const;
 
  private:
   struct FamilyLaw {    // what families were built from
@@ -112,6 +112,7 @@ class FixPeridemBonds : public Fix {
   enum { WVOLUME, UNBUILT } comm_mode{WVOLUME};
 
   const PeridemMaterial *material(int itype, int jtype) const;
+  double cell_size(int i) const;
   void find_solids();
   void check_laws();
   void require_ghost_cutoff(double, bool at_init);

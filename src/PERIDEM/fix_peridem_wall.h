@@ -1,0 +1,73 @@
+/* -*- c++ -*- ----------------------------------------------------------
+   LAMMPS - Large-scale Atomic/Molecular Massively Parallel Simulator
+   https://www.lammps.org/, Sandia National Laboratories
+   LAMMPS development team: developers@lammps.org
+
+   This file is part of PERIDEM, a package for LAMMPS.  It is distributed
+   under the GNU General Public License, version 2.
+
+   See the README file in the top-level LAMMPS directory.
+------------------------------------------------------------------------- */
+
+#ifdef FIX_CLASS
+// clang-format off
+FixStyle(peridem/wall,FixPeridemWall);
+// clang-format on
+#else
+
+#ifndef LMP_FIX_PERIDEM_WALL_H
+#define LMP_FIX_PERIDEM_WALL_H
+
+#include "fix.h"
+#include "peridem_contact_law.h"
+
+#include <vector>
+
+namespace LAMMPS_NS {
+
+// A plane that nodes of grains touch with the same law as each other, still or moving.
+
+class FixPeridemWall : public Fix {
+ public:
+  FixPeridemWall(class LAMMPS *, int, char **);
+  int setmask() override;
+  void init() override;
+  void setup(int) override;
+  void min_setup(int) override;
+  void initial_integrate(int) override;
+  void post_force(int) override;
+  void min_post_force(int) override;
+  void post_force_respa(int, int, int) override;
+  double compute_scalar() override;
+  double compute_vector(int) override;
+  void write_restart(FILE *) override;
+  void restart(char *) override;
+
+ private:
+  double point[3]{0.0, 0.0, 0.0};       // of the plane, when the fix was made
+  double normal[3]{0.0, 0.0, 0.0};      // unit vector to the side where the grains are
+  double velocity[3]{0.0, 0.0, 0.0};
+  double shift[3]{0.0, 0.0, 0.0};       // how far the plane has moved
+  PeridemContactGiven given;
+  std::vector<PeridemContactLaw> laws;    // by node type
+  std::vector<double> grain_mass;         // by molecule-ID, if restitution needs it
+  bool moving{false}, started{false};
+  int ilevel_respa{0};
+
+  // on this rank, of the last force evaluation: force on the wall, torque about its point,
+  // deepest overlap, elastic energy; work of the wall on the nodes so far
+  double force[3], torque[3], deepest, energy, work{0.0};
+  double total[9];    // over all ranks
+  bool totals_known{false};
+
+  int parse_plane(int, int, char **);
+  int parse_vector(int, int, char **, const char *, double *);
+  void check_start();
+  void touch(int i, double distance, const double *at);
+  void sum_totals();
+};
+
+}    // namespace LAMMPS_NS
+
+#endif
+#endif

@@ -1,0 +1,464 @@
+/* ----------------------------------------------------------------------
+   LAMMPS - Large-scale Atomic/Molecular Massively Parallel Simulator
+   https://www.lammps.org/, Sandia National Laboratories
+   LAMMPS development team: developers@lammps.org
+
+   This file is part of PERIDEM, a package for LAMMPS.  It is distributed
+   under the GNU General Public License, version 2.
+
+   See the README file in the top-level LAMMPS directory.
+------------------------------------------------------------------------- */
+
+/* ----------------------------------------------------------------------
+   Contributing author: the PERIDEM developers
+------------------------------------------------------------------------- */
+
+#include "pair_peridem_contact.h"
+
+#include "fix_peridem_bonds.h"
+#include "pair_peridem.h"
+#include "peridem_grains.h"
+
+#include "atom.h"
+#include "comm.h"
+#include "domain.h"
+#include "error.h"
+#include "force.h"
+#include "memory.h"
+#include "modify.h"
+#include "neigh_list.h"
+#include "neighbor.h"
+#include "pair_hybrid.h"
+#include "update.h"
+
+#include <cmath>
+#include <cstring>
+#include <map>
+#include <type_traits>
+
+using namespace LAMMPS_NS;
+
+// overlaps at the start deeper than this fraction of the contact distance are worth a warning
+static constexpr double WORTH_A_WARNING = 0.01;
+
+// default skin, as a fraction of the contact distance
+static constexpr double SKIN = 0.3;
+
+/* ---------------------------------------------------------------------- */
+
+PairPeridemContact::PairPeridemContact(LAMMPS *lmp) : Pair(lmp)
+{
+  single_enable = 0;
+  restartinfo = 1;
+  no_virial_fdotr_compute = 1;
+}
+
+/* ---------------------------------------------------------------------- */
+
+PairPeridemContact::~PairPeridemContact()
+{
+  if (copymode) return;
+  if (allocated) {
+    memory->destroy(setflag);
+    memory->destroy(cutsq);
+  }
+}
+
+/* ---------------------------------------------------------------------- */
+
+void PairPeridemContact::allocate()
+{
+  allocated = 1;
+  ntypes = atom->ntypes;
+  memory->create(setflag, ntypes + 1, ntypes + 1, "pair:setflag");
+  memory->create(cutsq, ntypes + 1, ntypes + 1, "pair:cutsq");
+  for (int i = 0; i <= ntypes; i++)
+    for (int j = 0; j <= ntypes; j++) {
+      setflag[i][j] = 0;
+      cutsq[i][j] = 0.0;
+    }
+  given.assign(index(ntypes, ntypes) + 1, PeridemContactGiven());
+  laws.assign(given.size(), PeridemContactLaw());
+  rcsq.assign(given.size(), 0.0);
+}
+
+/* ---------------------------------------------------------------------- */
+
+void PairPeridemContact::settings(int narg, char **arg)
+{
+  if (narg) error->all(FLERR, "Pair style peridem/contact takes no arguments; given: {}", arg[0]);
+}
+
+/* ---------------------------------------------------------------------- */
+
+void PairPeridemContact::coeff(int narg, char **arg)
+{
+  if (narg < 2) utils::missing_cmd_args(FLERR, "pair_coeff peridem/contact", error);
+  if (!allocated) allocate();
+
+  int ilo, ihi, jlo, jhi;
+  utils::bounds(FLERR, arg[0], 1, ntypes, ilo, ihi, error);
+  utils::bounds(FLERR, arg[1], 1, ntypes, jlo, jhi, error);
+
+  const int offset = dynamic_cast<PairHybrid *>(force->pair) ? 1 : 0;
+  PeridemContactParser parser(lmp, "Pair style peridem/contact", offset);
+  PeridemContactGiven one;
+  const int iarg = parser.parse(2, narg, arg, one);
+  if (iarg < narg)
+    error->all(FLERR, iarg + offset, "Unknown pair style peridem/contact keyword {}: known are {}",
+               arg[iarg], PeridemContactParser::keywords());
+
+  int count = 0;
+  for (int i = ilo; i <= ihi; i++)
+    for (int j = MAX(jlo, i); j <= jhi; j++) {
+      given[index(i, j)] = given[index(j, i)] = one;
+      setflag[i][j] = 1;
+      count++;
+    }
+  if (count == 0)
+    error->all(FLERR, Error::ARGZERO, "pair_coeff peridem/contact: no type pair I <= J in it");
+}
+
+/* ----------------------------------------------------------------------
+   what the solids say of two types
+------------------------------------------------------------------------- */
+
+PeridemContactKnown PairPeridemContact::known(LAMMPS *lmp, int itype, int jtype,
+                                              const std::vector<double> &spacings)
+{
+  double bulk[2] = {0.0, 0.0}, horizon[2] = {0.0, 0.0};
+  const int types[2] = {itype, jtype};
+  for (auto *solid : PairPeridem::find_all(lmp))
+    for (int k = 0; k < 2; k++)
+      if (solid->covers(types[k])) {
+        bulk[k] = solid->own_material(types[k]).bulk;
+        horizon[k] = solid->own_material(types[k]).horizon;
+      }
+
+  PeridemContactKnown result{0.0, 0.0, 0.0};
+  // a type without a solid (a wall of nodes) touches as if it were like the other
+  for (int k = 0; k < 2; k++) {
+    if (bulk[k] == 0.0) bulk[k] = bulk[1 - k];
+    if (horizon[k] == 0.0) horizon[k] = horizon[1 - k];
+  }
+  if (bulk[0] > 0.0) result.bulk = 2.0 * bulk[0] * bulk[1] / (bulk[0] + bulk[1]);
+  result.horizon = 0.5 * (horizon[0] + horizon[1]);
+  const double si = spacings[itype], sj = spacings[jtype];
+  result.spacing = (si > 0.0 && sj > 0.0) ? MIN(si, sj) : MAX(si, sj);
+  return result;
+}
+
+/* ---------------------------------------------------------------------- */
+
+void PairPeridemContact::init_style()
+{
+  if (!atom->style_match("peridem"))
+    error->all(FLERR, Error::NOLASTLINE,
+               "Pair style peridem/contact requires atom style peridem; the atom style is {}",
+               atom->get_style());
+
+  const auto spacings = PeridemGrains::spacings(lmp);
+  any_dissipation = false;
+  bool any_restitution = false;
+  double least = 0.0;
+  for (int i = 1; i <= ntypes; i++)
+    for (int j = i; j <= ntypes; j++) {
+      if (!setflag[i][j] && !(setflag[i][i] && setflag[j][j])) continue;
+      if (spacings[i] == 0.0 && spacings[j] == 0.0) continue;    // no nodes of either type
+      // a pair that is not set takes what both have in common from the first
+      const auto &what = setflag[i][j] ? given[index(i, j)] : given[index(i, i)];
+      const auto where = fmt::format("Pair style peridem/contact, types {} {}", i, j);
+      const auto law = PeridemContactLaw::resolve(what, known(lmp, i, j, spacings), where, lmp);
+      laws[index(i, j)] = laws[index(j, i)] = law;
+      rcsq[index(i, j)] = rcsq[index(j, i)] = law.radius * law.radius;
+      any_dissipation = any_dissipation || law.dissipates();
+      any_restitution = any_restitution || law.uses_grain_mass();
+      if (least == 0.0 || law.radius < least) least = law.radius;
+      if (comm->me == 0)
+        utils::logmesg(lmp, "PERIDEM: contact of types {} {}: {}\n", i, j, law.describe());
+    }
+
+  bonded_types.assign(ntypes + 1, 0);
+  for (auto *solid : PairPeridem::find_all(lmp))
+    for (int i = 1; i <= ntypes; i++)
+      if (solid->covers(i)) bonded_types[i] = 1;
+
+  grain_mass.clear();
+  if (any_restitution) grain_mass = PeridemGrains::masses(lmp);
+  if (any_dissipation) comm->ghost_velocity = 1;
+
+  // LAMMPS's default skin is made for molecules (in si units it is 1 mm, as large as a grain)
+
+  static const std::map<std::string, double> defaults = {
+      {"lj", 0.3},  {"real", 2.0},     {"metal", 2.0}, {"si", 0.001},
+      {"cgs", 0.1}, {"electron", 2.0}, {"micro", 0.1}, {"nano", 0.1}};
+  const auto it = defaults.find(update->unit_style);
+  if (it != defaults.end() && neighbor->skin == it->second && neighbor->skin > least &&
+      least > 0.0) {
+    neighbor->skin = SKIN * least;
+    if (comm->me == 0)
+      utils::logmesg(lmp,
+                     "PERIDEM: neighbor skin set to {:.6g}, {:.1f} of the contact distance (the "
+                     "default of units {} is {:g})\n",
+                     neighbor->skin, SKIN, update->unit_style, it->second);
+  }
+
+  neighbor->add_request(this);
+}
+
+/* ---------------------------------------------------------------------- */
+
+double PairPeridemContact::init_one(int i, int j)
+{
+  if (!setflag[i][j] && !(setflag[i][i] && setflag[j][j]))
+    error->all(FLERR, Error::NOLASTLINE, "Pair style peridem/contact: pair_coeff {} {} is not set", i,
+               j);
+  return laws[index(i, j)].radius;
+}
+
+/* ---------------------------------------------------------------------- */
+
+void PairPeridemContact::compute(int eflag, int vflag)
+{
+  ev_init(eflag, vflag);
+  if (neighbor->ago == 0) pick_candidates();
+  add_broken_bonds();
+  if (!overlaps_checked) check_overlaps();
+
+  double **x = atom->x;
+  const int *const type = atom->type;
+  const int nrows = static_cast<int>(row_node.size());
+  for (int row = 0; row < nrows; row++) {
+    const int i = row_node[row];
+    const double xi = x[i][0], yi = x[i][1], zi = x[i][2];
+    const double *const rcsq_i = &rcsq[index(type[i], 0)];
+    for (int k = row_first[row]; k < row_first[row + 1]; k++) {
+      const int j = candidates[k];
+      const double d[3] = {x[j][0] - xi, x[j][1] - yi, x[j][2] - zi};
+      const double rsq = d[0] * d[0] + d[1] * d[1] + d[2] * d[2];
+      if (rsq < rcsq_i[type[j]]) touch(i, j, laws[index(type[i], type[j])].radius, rsq, d);
+    }
+  }
+  for (const auto &pair : fragments) {
+    const double *const xi = x[pair.i], *const xj = x[pair.j];
+    const double d[3] = {xj[0] - xi[0], xj[1] - xi[1], xj[2] - xi[2]};
+    const double rsq = d[0] * d[0] + d[1] * d[1] + d[2] * d[2];
+    if (rsq < pair.distance * pair.distance) touch(pair.i, pair.j, pair.distance, rsq, d);
+  }
+}
+
+/* ----------------------------------------------------------------------
+   from LAMMPS's neighbour list: nodes of different grains, and nodes of one grain whose bond is
+   broken or never was. Nodes of one grain that no solid holds together (a wall of nodes, a rigid
+   grain) do not touch each other.
+------------------------------------------------------------------------- */
+
+void PairPeridemContact::pick_candidates()
+{
+  const auto fixes = modify->get_fix_by_style("^peridem/bonds$");
+  bonds = fixes.empty() ? nullptr : dynamic_cast<FixPeridemBonds *>(fixes[0]);
+  broken_seen = 0;
+
+  const tagint *const mol = atom->molecule;
+  const int *const type = atom->type;
+  row_node.clear();
+  row_first.assign(1, 0);
+  candidates.clear();
+  fragments.clear();
+  for (int ii = 0; ii < list->inum; ii++) {
+    const int i = list->ilist[ii];
+    const int *const jlist = list->firstneigh[i];
+    const auto before = candidates.size();
+    for (int jj = 0; jj < list->numneigh[i]; jj++) {
+      const int j = jlist[jj] & NEIGHMASK;
+      if (mol[i] == 0 || mol[i] != mol[j])
+        candidates.push_back(j);
+      else if (bonds && bonded_types[type[i]] && bonded_types[type[j]] &&
+               !bonds->bonded(i, atom->tag[j]))
+        add_fragment(i, j);
+    }
+    if (candidates.size() == before) continue;
+    row_node.push_back(i);
+    row_first.push_back(static_cast<int>(candidates.size()));
+  }
+}
+
+/* ----------------------------------------------------------------------
+   two nodes of one grain touch at d_c = min(R_c, R): where a bond breaks they do not touch yet
+------------------------------------------------------------------------- */
+
+void PairPeridemContact::add_fragment(int i, int j)
+{
+  const auto &law = laws[index(atom->type[i], atom->type[j])];
+  if (!law.fragments || law.radius == 0.0) return;
+  double **X = atom->x0;
+  double dx = X[j][0] - X[i][0], dy = X[j][1] - X[i][1], dz = X[j][2] - X[i][2];
+  domain->minimum_image(FLERR, dx, dy, dz);
+  const double R = std::sqrt(dx * dx + dy * dy + dz * dz);
+  fragments.push_back({i, j, MIN(law.radius, R)});
+}
+
+/* ----------------------------------------------------------------------
+   bonds that broke since the candidates were picked; both ends of a bond report it, and one of
+   them takes the pair
+------------------------------------------------------------------------- */
+
+void PairPeridemContact::add_broken_bonds()
+{
+  if (!bonds) return;
+  for (; broken_seen < bonds->broken.size(); broken_seen++) {
+    const auto &bond = bonds->broken[broken_seen];
+    if (mine(bond.i, bond.j)) add_fragment(bond.i, bond.j);
+  }
+}
+
+/* ----------------------------------------------------------------------
+   does the end i of a pair compute it? With newton off both ranks compute a pair that crosses.
+------------------------------------------------------------------------- */
+
+int PairPeridemContact::mine(int i, int j) const
+{
+  if (!force->newton_pair && j >= atom->nlocal) return 1;
+  return atom->tag[i] < atom->tag[j];
+}
+
+/* ----------------------------------------------------------------------
+   grains that overlap when the simulation starts were packed too closely
+------------------------------------------------------------------------- */
+
+void PairPeridemContact::check_overlaps()
+{
+  overlaps_checked = true;
+  double **x = atom->x;
+  const int *const type = atom->type;
+  double deepest = 0.0;
+  bigint count = 0;
+  for (std::size_t row = 0; row < row_node.size(); row++) {
+    const int i = row_node[row];
+    for (int k = row_first[row]; k < row_first[row + 1]; k++) {
+      const int j = candidates[k];
+      const double dx = x[j][0] - x[i][0], dy = x[j][1] - x[i][1], dz = x[j][2] - x[i][2];
+      const double rc = laws[index(type[i], type[j])].radius;
+      if (rc == 0.0) continue;
+      const double depth = 1.0 - std::sqrt(dx * dx + dy * dy + dz * dz) / rc;
+      if (depth > WORTH_A_WARNING) count++;
+      deepest = MAX(deepest, depth);
+    }
+  }
+  double deepest_all;
+  bigint count_all;
+  MPI_Allreduce(&deepest, &deepest_all, 1, MPI_DOUBLE, MPI_MAX, world);
+  MPI_Allreduce(&count, &count_all, 1, MPI_LMP_BIGINT, MPI_SUM, world);
+  if (count_all && comm->me == 0)
+    error->warning(FLERR,
+                   "{} pairs of nodes of different grains overlap at the start, the deepest by {:.1f} "
+                   "% of the contact distance: they will be pushed apart",
+                   count_all, 100.0 * deepest_all);
+}
+
+/* ----------------------------------------------------------------------
+   force between two nodes nearer than their contact distance; d points from i to j
+------------------------------------------------------------------------- */
+
+void PairPeridemContact::touch(int i, int j, double distance, double rsq, const double *d)
+{
+  double **v = atom->v, **f = atom->f;
+  const int nlocal = atom->nlocal, newton_pair = force->newton_pair;
+  const auto &law = laws[index(atom->type[i], atom->type[j])];
+  const double r = std::sqrt(rsq);
+
+  // nodes at the same place are pushed apart along x, the lower ID to the left
+  double n[3] = {atom->tag[i] < atom->tag[j] ? 1.0 : -1.0, 0.0, 0.0};
+  if (r > 0.0)
+    for (int k = 0; k < 3; k++) n[k] = d[k] / r;
+
+  const double k = law.spring(atom->vfrac[i], atom->vfrac[j]);
+  double total[3];    // force on node i
+  if (!any_dissipation) {
+    const double fn = k * (distance - r);
+    for (int m = 0; m < 3; m++) total[m] = -fn * n[m];
+  } else {
+    double dv[3], rate = 0.0;
+    for (int m = 0; m < 3; m++) {
+      dv[m] = v[j][m] - v[i][m];
+      rate += dv[m] * n[m];
+    }
+    const double beta =
+        law.dashpot(k, law.uses_grain_mass() ? effective_grain_mass(i, j) : 0.0);
+    const double fn = PeridemContactLaw::normal(k, beta, distance - r, rate);
+
+    double vt[3], speedsq = 0.0;
+    for (int m = 0; m < 3; m++) {
+      vt[m] = dv[m] - rate * n[m];
+      speedsq += vt[m] * vt[m];
+    }
+    double drag = 0.0;    // friction force over sliding speed
+    if (law.friction > 0.0 && speedsq > 0.0) {
+      const double mi = atom->rmass[i], mj = atom->rmass[j];
+      const double speed = std::sqrt(speedsq);
+      drag = law.tangential(k, mi * mj / (mi + mj), fn, speed) / speed;
+    }
+    for (int m = 0; m < 3; m++) total[m] = -fn * n[m] + drag * vt[m];
+  }
+
+  for (int m = 0; m < 3; m++) f[i][m] += total[m];
+  if (newton_pair || j < nlocal)
+    for (int m = 0; m < 3; m++) f[j][m] -= total[m];
+
+  if (evflag) {
+    const double depth = distance - r;
+    ev_tally_xyz(i, j, nlocal, newton_pair, 0.5 * k * depth * depth, 0.0, total[0], total[1],
+                 total[2], -d[0], -d[1], -d[2]);
+  }
+}
+
+/* ---------------------------------------------------------------------- */
+
+double PairPeridemContact::effective_grain_mass(int i, int j) const
+{
+  const tagint *const mol = atom->molecule;
+  const double mi = mol[i] ? grain_mass[mol[i]] : atom->rmass[i];
+  const double mj = mol[j] ? grain_mass[mol[j]] : atom->rmass[j];
+  return mi * mj / (mi + mj);
+}
+
+/* ---------------------------------------------------------------------- */
+
+static_assert(std::is_trivially_copyable<PeridemContactGiven>::value,
+              "restart files hold the bytes of contact coefficients");
+
+void PairPeridemContact::write_restart(FILE *fp)
+{
+  for (int i = 1; i <= ntypes; i++)
+    for (int j = i; j <= ntypes; j++) {
+      fwrite(&setflag[i][j], sizeof(int), 1, fp);
+      if (setflag[i][j]) fwrite(&given[index(i, j)], sizeof(PeridemContactGiven), 1, fp);
+    }
+}
+
+/* ---------------------------------------------------------------------- */
+
+void PairPeridemContact::read_restart(FILE *fp)
+{
+  allocate();
+  overlaps_checked = true;
+  for (int i = 1; i <= ntypes; i++)
+    for (int j = i; j <= ntypes; j++) {
+      if (comm->me == 0) utils::sfread(FLERR, &setflag[i][j], sizeof(int), 1, fp, nullptr, error);
+      MPI_Bcast(&setflag[i][j], 1, MPI_INT, 0, world);
+      if (!setflag[i][j]) continue;
+      auto &one = given[index(i, j)];
+      if (comm->me == 0) utils::sfread(FLERR, &one, sizeof(one), 1, fp, nullptr, error);
+      MPI_Bcast(&one, sizeof(one), MPI_BYTE, 0, world);
+      given[index(j, i)] = one;
+    }
+}
+
+/* ---------------------------------------------------------------------- */
+
+double PairPeridemContact::memory_usage()
+{
+  return Pair::memory_usage() + sizeof(int) * static_cast<double>(candidates.capacity()) +
+      sizeof(FragmentPair) * static_cast<double>(fragments.capacity()) +
+      sizeof(double) * static_cast<double>(grain_mass.capacity());
+}

@@ -1,0 +1,89 @@
+/* -*- c++ -*- ----------------------------------------------------------
+   LAMMPS - Large-scale Atomic/Molecular Massively Parallel Simulator
+   https://www.lammps.org/, Sandia National Laboratories
+   LAMMPS development team: developers@lammps.org
+
+   This file is part of PERIDEM, a package for LAMMPS.  It is distributed
+   under the GNU General Public License, version 2.
+
+   See the README file in the top-level LAMMPS directory.
+------------------------------------------------------------------------- */
+
+#ifdef PAIR_CLASS
+// clang-format off
+PairStyle(peridem/contact,PairPeridemContact);
+// clang-format on
+#else
+
+#ifndef LMP_PAIR_PERIDEM_CONTACT_H
+#define LMP_PAIR_PERIDEM_CONTACT_H
+
+#include "pair.h"
+#include "peridem_contact_law.h"
+
+#include <vector>
+
+namespace LAMMPS_NS {
+
+class FixPeridemBonds;
+
+// Contact between nodes of different grains, and between nodes of one grain that share no intact
+// bond.  Pairs that can touch are picked once per reneighbouring.
+
+class PairPeridemContact : public Pair {
+ public:
+  PairPeridemContact(class LAMMPS *);
+  ~PairPeridemContact() override;
+  void compute(int, int) override;
+  void settings(int, char **) override;
+  void coeff(int, char **) override;
+  void init_style() override;
+  double init_one(int, int) override;
+  void write_restart(FILE *) override;
+  void read_restart(FILE *) override;
+  void write_restart_settings(FILE *) override {}
+  void read_restart_settings(FILE *) override {}
+  double memory_usage() override;
+
+  // what pair_coeff said of a type with itself, and what is known of it: walls start from there
+  bool covers(int itype) const { return !given.empty() && setflag[itype][itype]; }
+  const PeridemContactGiven &own(int itype) const { return given[index(itype, itype)]; }
+
+  static PeridemContactKnown known(class LAMMPS *, int itype, int jtype,
+                                   const std::vector<double> &spacings);
+
+ private:
+  int ntypes{0};
+  std::vector<PeridemContactGiven> given;
+  std::vector<PeridemContactLaw> laws;
+  std::vector<double> rcsq;          // by type pair
+  std::vector<double> grain_mass;    // by molecule-ID, if restitution needs it
+  std::vector<int> bonded_types;     // by type: 1 if a solid holds it together
+  FixPeridemBonds *bonds{nullptr};
+  bool any_dissipation{false}, overlaps_checked{false};
+
+  // pairs that can touch before the next reneighbouring: row i of candidates holds nodes of other
+  // grains; fragments hold pairs of one grain, each with its own contact distance
+  struct FragmentPair {
+    int i, j;
+    double distance;
+  };
+  std::vector<int> row_node, row_first, candidates;
+  std::vector<FragmentPair> fragments;
+  std::size_t broken_seen{0};
+
+  std::size_t index(int itype, int jtype) const { return itype * (ntypes + 1) + jtype; }
+  void allocate();
+  void pick_candidates();
+  void add_fragment(int i, int j);
+  void add_broken_bonds();
+  void check_overlaps();
+  void touch(int i, int j, double distance, double rsq, const double *d);
+  double effective_grain_mass(int i, int j) const;
+  int mine(int i, int j) const;
+};
+
+}    // namespace LAMMPS_NS
+
+#endif
+#endif

@@ -1,0 +1,242 @@
+/* ----------------------------------------------------------------------
+   LAMMPS - Large-scale Atomic/Molecular Massively Parallel Simulator
+   https://www.lammps.org/, Sandia National Laboratories
+   LAMMPS development team: developers@lammps.org
+
+   This file is part of PERIDEM, a package for LAMMPS.  It is distributed
+   under the GNU General Public License, version 2.
+
+   See the README file in the top-level LAMMPS directory.
+------------------------------------------------------------------------- */
+
+/* ----------------------------------------------------------------------
+   Contributing author: the PERIDEM developers
+------------------------------------------------------------------------- */
+
+#include "peridem_contact_law.h"
+
+#include "domain.h"
+#include "error.h"
+#include "math_const.h"
+#include "utils.h"
+
+using namespace LAMMPS_NS;
+using MathConst::MY_PI;
+
+/* ---------------------------------------------------------------------- */
+
+static double either(double mine, double other)
+{
+  return std::isnan(mine) ? other : mine;
+}
+
+/* ---------------------------------------------------------------------- */
+
+PeridemContactGiven PeridemContactGiven::over(const PeridemContactGiven &other) const
+{
+  PeridemContactGiven merged = *this;
+  // groups of keywords that exclude each other are taken as a whole
+  if (std::isnan(radius) && std::isnan(auto_factor)) {
+    merged.radius = other.radius;
+    merged.auto_factor = other.auto_factor;
+  }
+  if (std::isnan(stiffness) && std::isnan(modulus)) {
+    merged.modulus = other.modulus;
+    if (form == UNSET) {
+      merged.stiffness = other.stiffness;
+      merged.form = other.form;
+      merged.alpha = other.alpha;
+      merged.horizon = other.horizon;
+    }
+  }
+  if (std::isnan(restitution) && std::isnan(damping)) {
+    merged.restitution = other.restitution;
+    merged.damping = other.damping;
+  }
+  merged.friction = either(friction, other.friction);
+  merged.gamma = either(gamma, other.gamma);
+  if (fragments == UNSET) merged.fragments = other.fragments;
+  return merged;
+}
+
+/* ----------------------------------------------------------------------
+   fill in what was left out; where = "Pair style peridem/contact, types 1 2" and the like
+------------------------------------------------------------------------- */
+
+PeridemContactLaw PeridemContactLaw::resolve(const PeridemContactGiven &given,
+                                             const PeridemContactKnown &known,
+                                             const std::string &where, LAMMPS *lmp)
+{
+  PeridemContactLaw law;
+  auto *error = lmp->error;
+  law.dim = lmp->domain->dimension;
+
+  law.radius = given.radius;
+  if (std::isnan(given.radius)) {
+    if (known.spacing <= 0.0)
+      error->all(FLERR, Error::NOLASTLINE, "{}: radius auto finds no nodes to measure: give a radius",
+                 where);
+    law.radius = either(given.auto_factor, 0.95) * known.spacing;
+  }
+
+  if (!std::isnan(given.stiffness)) {
+    law.per_volume = true;
+    law.modulus = given.stiffness;
+  } else {
+    const double bulk = either(given.modulus, known.bulk);
+    if (!(bulk > 0.0))
+      error->all(FLERR, Error::NOLASTLINE,
+                 "{}: no solid says how stiff the contact is: give modulus or stiffness", where);
+    if (given.form == PeridemContactGiven::JHA2021) {
+      const double delta = either(given.horizon, known.horizon);
+      if (!(delta > 0.0))
+        error->all(FLERR, Error::NOLASTLINE, "{}: form jha2021 needs a horizon", where);
+      law.per_volume = true;
+      law.modulus = 18.0 * bulk / (MY_PI * std::pow(delta, 5));
+    } else {
+      law.modulus = either(given.alpha, 10.0) * bulk;
+    }
+  }
+
+  if (!std::isnan(given.restitution) && given.restitution < 1.0) {
+    const double loss = -std::log(given.restitution);
+    law.zeta = loss / std::sqrt(MY_PI * MY_PI + loss * loss);
+  }
+  law.damping = either(given.damping, 0.0);
+  law.friction = either(given.friction, 0.0);
+  law.gamma = either(given.gamma, -1.0);
+  law.fragments = given.fragments != 0;
+  return law;
+}
+
+/* ---------------------------------------------------------------------- */
+
+std::string PeridemContactLaw::describe() const
+{
+  const char *unit = per_volume ? " V_i V_j" : (dim == 2 ? "" : " h");
+  std::string text = fmt::format("radius {:.6g}, spring {:.6g}{}", radius, modulus, unit);
+  if (zeta > 0.0) text += fmt::format(", damping ratio {:.4g} of the two grains", zeta);
+  if (damping > 0.0) text += fmt::format(", damping {:.6g}", damping);
+  text += fmt::format(", friction {:.4g}", friction);
+  return text;
+}
+
+/* ---------------------------------------------------------------------- */
+
+PeridemContactParser::PeridemContactParser(LAMMPS *lmp, const std::string &_style, int _iarg0) :
+    Pointers(lmp), style(_style), iarg0(_iarg0)
+{
+}
+
+/* ---------------------------------------------------------------------- */
+
+const char *PeridemContactParser::keywords()
+{
+  return "radius, modulus, form, stiffness, restitution, damping, friction, tangential, fragments";
+}
+
+/* ---------------------------------------------------------------------- */
+
+double PeridemContactParser::number(int iarg, int narg, char **arg, Range range,
+                                    const std::string &keyword)
+{
+  if (iarg >= narg) error->all(FLERR, iarg0 + iarg - 1, "{} {} needs a value", style, keyword);
+  const double value = utils::numeric(FLERR, arg[iarg], false, lmp);
+  const bool good = std::isfinite(value) &&
+      ((range == POSITIVE && value > 0.0) || (range == NON_NEGATIVE && value >= 0.0) ||
+       (range == FRACTION && value > 0.0 && value <= 1.0));
+  const char *allowed = range == POSITIVE ? "> 0" : range == NON_NEGATIVE ? ">= 0" : "> 0 and <= 1";
+  if (!good)
+    error->all(FLERR, iarg0 + iarg, "{} {} {}: must be {}", style, keyword, arg[iarg], allowed);
+  return value;
+}
+
+/* ---------------------------------------------------------------------- */
+
+int PeridemContactParser::parse(int iarg, int narg, char **arg, PeridemContactGiven &given)
+{
+  auto fresh = [&](bool unset) {
+    if (!unset) error->all(FLERR, iarg0 + iarg, "Repeated {} keyword {}", style, arg[iarg]);
+  };
+  auto exclusive = [&](bool unset, const char *other) {
+    if (!unset)
+      error->all(FLERR, iarg0 + iarg, "{} takes either {} or {}, not both", style, arg[iarg], other);
+  };
+
+  while (iarg < narg) {
+    const std::string key = arg[iarg];
+    if (key == "radius") {
+      fresh(std::isnan(given.radius) && std::isnan(given.auto_factor));
+      if (iarg + 1 < narg && std::string(arg[iarg + 1]) == "auto") {
+        given.auto_factor = 0.95;
+        iarg += 2;
+        if (iarg < narg && utils::is_double(arg[iarg]))
+          given.auto_factor = number(iarg++, narg, arg, POSITIVE, "radius auto");
+      } else {
+        given.radius = number(iarg + 1, narg, arg, POSITIVE, key);
+        iarg += 2;
+      }
+    } else if (key == "modulus") {
+      fresh(std::isnan(given.modulus));
+      exclusive(std::isnan(given.stiffness), "stiffness");
+      given.modulus = number(iarg + 1, narg, arg, POSITIVE, key);
+      iarg += 2;
+    } else if (key == "form") {
+      fresh(given.form == PeridemContactGiven::UNSET);
+      exclusive(std::isnan(given.stiffness), "stiffness");
+      const std::string value = iarg + 1 < narg ? arg[iarg + 1] : "";
+      if (value == "bulk") {
+        given.form = PeridemContactGiven::BULK;
+      } else if (value == "jha2021") {
+        given.form = PeridemContactGiven::JHA2021;
+      } else {
+        error->all(FLERR, iarg0 + iarg, "{} form {}: must be bulk [alpha] or jha2021", style, value);
+      }
+      iarg += 2;
+      if (value == "bulk" && iarg < narg && utils::is_double(arg[iarg]))
+        given.alpha = number(iarg++, narg, arg, POSITIVE, "form bulk");
+    } else if (key == "horizon") {
+      fresh(std::isnan(given.horizon));
+      given.horizon = number(iarg + 1, narg, arg, POSITIVE, key);
+      iarg += 2;
+    } else if (key == "stiffness") {
+      fresh(std::isnan(given.stiffness));
+      exclusive(std::isnan(given.modulus), "modulus");
+      exclusive(given.form == PeridemContactGiven::UNSET, "form");
+      given.stiffness = number(iarg + 1, narg, arg, POSITIVE, key);
+      iarg += 2;
+    } else if (key == "restitution") {
+      fresh(std::isnan(given.restitution));
+      exclusive(std::isnan(given.damping), "damping");
+      given.restitution = number(iarg + 1, narg, arg, FRACTION, key);
+      iarg += 2;
+    } else if (key == "damping") {
+      fresh(std::isnan(given.damping));
+      exclusive(std::isnan(given.restitution), "restitution");
+      given.damping = number(iarg + 1, narg, arg, NON_NEGATIVE, key);
+      iarg += 2;
+    } else if (key == "friction") {
+      fresh(std::isnan(given.friction));
+      given.friction = number(iarg + 1, narg, arg, NON_NEGATIVE, key);
+      iarg += 2;
+    } else if (key == "tangential") {
+      fresh(std::isnan(given.gamma));
+      const std::string value = iarg + 1 < narg ? arg[iarg + 1] : "";
+      if (value != "regularised")
+        error->all(FLERR, iarg0 + iarg, "{} tangential {}: must be regularised [gamma]", style,
+                   value);
+      iarg += 2;
+      given.gamma = -1.0;
+      if (iarg < narg && utils::is_double(arg[iarg]))
+        given.gamma = number(iarg++, narg, arg, POSITIVE, "tangential regularised");
+    } else if (key == "fragments") {
+      fresh(given.fragments == PeridemContactGiven::UNSET);
+      if (iarg + 1 >= narg) error->all(FLERR, iarg0 + iarg, "{} {} needs yes or no", style, key);
+      given.fragments = utils::logical(FLERR, arg[iarg + 1], false, lmp);
+      iarg += 2;
+    } else {
+      return iarg;
+    }
+  }
+  return iarg;
+}

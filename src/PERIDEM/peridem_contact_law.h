@@ -1,0 +1,126 @@
+/* -*- c++ -*- ----------------------------------------------------------
+   LAMMPS - Large-scale Atomic/Molecular Massively Parallel Simulator
+   https://www.lammps.org/, Sandia National Laboratories
+   LAMMPS development team: developers@lammps.org
+
+   This file is part of PERIDEM, a package for LAMMPS.  It is distributed
+   under the GNU General Public License, version 2.
+
+   See the README file in the top-level LAMMPS directory.
+------------------------------------------------------------------------- */
+
+// The spring, dashpot and slider between two nodes, or a node and a wall.
+
+#ifndef LMP_PERIDEM_CONTACT_LAW_H
+#define LMP_PERIDEM_CONTACT_LAW_H
+
+#include "pointers.h"
+
+#include <cmath>
+#include <string>
+
+namespace LAMMPS_NS {
+
+// What pair_coeff or a wall said: NAN or UNSET where it said nothing.
+
+struct PeridemContactGiven {
+  enum { UNSET = -1, BULK, JHA2021 };    // forms of the stiffness
+
+  double radius{NAN};         // contact distance R_c
+  double auto_factor{NAN};    // R_c as a fraction of the smallest node spacing
+  double modulus{NAN};        // bulk modulus that the stiffness follows from
+  int form{UNSET};
+  double alpha{NAN};          // of form bulk
+  double horizon{NAN};        // of form jha2021
+  double stiffness{NAN};      // k_N itself
+  double restitution{NAN};
+  double damping{NAN};        // beta_N itself
+  double friction{NAN};
+  double gamma{NAN};          // of the regularised tangential force
+  int fragments{UNSET};
+
+  // what is said here, and where nothing is said, what the other says
+  PeridemContactGiven over(const PeridemContactGiven &other) const;
+};
+
+// What is known of the two types when pair_coeff leaves it out.
+
+struct PeridemContactKnown {
+  double bulk;       // harmonic mean of the solids' bulk moduli, 0 = unknown
+  double horizon;    // mean of the solids' horizons, 0 = unknown
+  double spacing;    // smallest node spacing of the two types, 0 = unknown
+};
+
+// The law between two types, ready for use.
+
+class PeridemContactLaw {
+ public:
+  double radius{0.0};
+  double friction{0.0};
+  bool fragments{true};
+
+  bool dissipates() const { return zeta > 0.0 || damping > 0.0 || friction > 0.0; }
+  bool uses_grain_mass() const { return zeta > 0.0; }
+
+  // spring constant of two nodes with volumes Vi, Vj
+  double spring(double Vi, double Vj) const
+  {
+    if (per_volume) return modulus * Vi * Vj;
+    return dim == 2 ? modulus : modulus * 0.5 * (std::cbrt(Vi) + std::cbrt(Vj));
+  }
+
+  // dashpot constant; grain_mass = effective mass of the two grains
+  double dashpot(double k, double grain_mass) const
+  {
+    return zeta > 0.0 ? 2.0 * zeta * std::sqrt(k * grain_mass) : damping;
+  }
+
+  // repulsion at an overlap > 0 that grows at the rate -rate: damping never pulls
+  static double normal(double k, double beta, double overlap, double rate)
+  {
+    const double force = k * overlap - beta * rate;
+    return force > 0.0 ? force : 0.0;
+  }
+
+  // Coulomb friction, regularised so that it does not jump at zero speed; node_mass = effective
+  // mass of the two nodes
+  double tangential(double k, double node_mass, double normal_force, double speed) const
+  {
+    const double viscous = (gamma >= 0.0 ? gamma : std::sqrt(k * node_mass)) * speed;
+    const double coulomb = friction * normal_force;
+    return viscous < coulomb ? viscous : coulomb;
+  }
+
+  static PeridemContactLaw resolve(const PeridemContactGiven &, const PeridemContactKnown &,
+                                   const std::string &where, class LAMMPS *);
+  std::string describe() const;
+
+ private:
+  int dim{3};
+  bool per_volume{false};    // k = modulus Vi Vj, else k = modulus h^(d-2)
+  double modulus{0.0};
+  double zeta{0.0};       // damping ratio that the restitution asks for
+  double damping{0.0};    // beta_N when given by hand
+  double gamma{-1.0};     // < 0: from the spring and the masses
+};
+
+// Reads contact keywords, for pair_coeff and walls alike.
+
+class PeridemContactParser : protected Pointers {
+ public:
+  PeridemContactParser(class LAMMPS *, const std::string &style, int iarg0);
+  // reads keywords from arg[iarg] until one it does not know; returns where it stopped
+  int parse(int iarg, int narg, char **arg, PeridemContactGiven &);
+
+  static const char *keywords();
+
+ private:
+  std::string style;
+  int iarg0;
+  enum Range { POSITIVE, NON_NEGATIVE, FRACTION };
+  double number(int iarg, int narg, char **arg, Range, const std::string &keyword);
+};
+
+}    // namespace LAMMPS_NS
+
+#endif

@@ -1,0 +1,139 @@
+/* ----------------------------------------------------------------------
+   LAMMPS - Large-scale Atomic/Molecular Massively Parallel Simulator
+   https://www.lammps.org/, Sandia National Laboratories
+   LAMMPS development team: developers@lammps.org
+
+   This file is part of PERIDEM, a package for LAMMPS.  It is distributed
+   under the GNU General Public License, version 2.
+
+   See the README file in the top-level LAMMPS directory.
+------------------------------------------------------------------------- */
+
+/* ----------------------------------------------------------------------
+   Contributing author: the PERIDEM developers
+------------------------------------------------------------------------- */
+
+#include "peridem_grains.h"
+
+#include "peridem_cells.h"
+
+#include "atom.h"
+#include "comm.h"
+#include "domain.h"
+#include "error.h"
+
+#include <algorithm>
+#include <cmath>
+
+using namespace LAMMPS_NS;
+
+// tables by molecule-ID beyond this would not fit beside a simulation
+static constexpr tagint MAXGRAIN = 100000000;
+
+static constexpr double BIG = 1.0e300;
+
+/* ---------------------------------------------------------------------- */
+
+std::vector<double> PeridemGrains::masses(LAMMPS *lmp)
+{
+  const auto *atom = lmp->atom;
+  tagint highest = 0;
+  for (int i = 0; i < atom->nlocal; i++) highest = std::max(highest, atom->molecule[i]);
+  MPI_Allreduce(MPI_IN_PLACE, &highest, 1, MPI_LMP_TAGINT, MPI_MAX, lmp->world);
+  if (highest > MAXGRAIN)
+    lmp->error->all(FLERR, Error::NOLASTLINE,
+                    "molecule-ID {} is larger than {}: number the grains anew (reset_atoms mol)",
+                    highest, MAXGRAIN);
+
+  std::vector<double> mass(highest + 1, 0.0);
+  for (int i = 0; i < atom->nlocal; i++) mass[atom->molecule[i]] += atom->rmass[i];
+  MPI_Allreduce(MPI_IN_PLACE, mass.data(), static_cast<int>(mass.size()), MPI_DOUBLE, MPI_SUM,
+                lmp->world);
+  mass[0] = 0.0;
+  return mass;
+}
+
+/* ----------------------------------------------------------------------
+   every grain is brought together on one rank, so that the answer does not depend on how nodes
+   are spread over processors
+------------------------------------------------------------------------- */
+
+namespace {
+
+struct Node {
+  double mol, type, x[3];
+};
+
+std::vector<Node> gather_grains(LAMMPS *lmp)
+{
+  const auto *atom = lmp->atom;
+  const int nprocs = lmp->comm->nprocs;
+  std::vector<std::vector<Node>> outgoing(nprocs);
+  for (int i = 0; i < atom->nlocal; i++) {
+    const auto *X = atom->x0[i];
+    outgoing[atom->molecule[i] % nprocs].push_back(
+        {static_cast<double>(atom->molecule[i]), static_cast<double>(atom->type[i]),
+         {X[0], X[1], X[2]}});
+  }
+
+  const int width = sizeof(Node) / sizeof(double);
+  std::vector<int> nsend(nprocs), nrecv(nprocs), sendat(nprocs, 0), recvat(nprocs, 0);
+  std::vector<Node> send, recv;
+  for (int p = 0; p < nprocs; p++) {
+    nsend[p] = width * static_cast<int>(outgoing[p].size());
+    send.insert(send.end(), outgoing[p].begin(), outgoing[p].end());
+  }
+  MPI_Alltoall(nsend.data(), 1, MPI_INT, nrecv.data(), 1, MPI_INT, lmp->world);
+  for (int p = 1; p < nprocs; p++) {
+    sendat[p] = sendat[p - 1] + nsend[p - 1];
+    recvat[p] = recvat[p - 1] + nrecv[p - 1];
+  }
+  recv.resize((recvat.back() + nrecv.back()) / width);
+  MPI_Alltoallv(send.data(), nsend.data(), sendat.data(), MPI_DOUBLE, recv.data(), nrecv.data(),
+                recvat.data(), MPI_DOUBLE, lmp->world);
+  return recv;
+}
+
+}    // namespace
+
+/* ---------------------------------------------------------------------- */
+
+std::vector<double> PeridemGrains::spacings(LAMMPS *lmp)
+{
+  const auto *atom = lmp->atom;
+  const int ntypes = atom->ntypes;
+  std::vector<double> smallest_cell(ntypes + 1, BIG), spacing(ntypes + 1, BIG);
+  double reach = 0.0;
+  for (int i = 0; i < atom->nlocal; i++) {
+    const double h = std::pow(atom->vfrac[i], 1.0 / lmp->domain->dimension);
+    auto &smallest = smallest_cell[atom->type[i]];
+    smallest = std::min(smallest, h);
+    reach = std::max(reach, 2.0 * h);    // the closest pair is nearer than the largest two cells
+  }
+  MPI_Allreduce(MPI_IN_PLACE, smallest_cell.data(), ntypes + 1, MPI_DOUBLE, MPI_MIN, lmp->world);
+  MPI_Allreduce(MPI_IN_PLACE, &reach, 1, MPI_DOUBLE, MPI_MAX, lmp->world);
+
+  const auto nodes = gather_grains(lmp);
+  std::vector<PeridemCells::Point> points;
+  for (std::size_t i = 0; i < nodes.size(); i++)
+    if (nodes[i].mol > 0.0)
+      points.push_back({{nodes[i].x[0], nodes[i].x[1], nodes[i].x[2]}, static_cast<int>(i)});
+  const PeridemCells cells(std::vector<PeridemCells::Point>(points), reach);
+  for (const auto &p : points) {
+    const auto &mine = nodes[p.id];
+    cells.near(p.x, [&](const PeridemCells::Point &q) {
+      const auto &other = nodes[q.id];
+      if (q.id == p.id || other.mol != mine.mol) return;
+      const double dx = q.x[0] - p.x[0], dy = q.x[1] - p.x[1], dz = q.x[2] - p.x[2];
+      auto &least = spacing[static_cast<int>(mine.type)];
+      least = std::min(least, std::sqrt(dx * dx + dy * dy + dz * dz));
+    });
+  }
+  MPI_Allreduce(MPI_IN_PLACE, spacing.data(), ntypes + 1, MPI_DOUBLE, MPI_MIN, lmp->world);
+
+  for (int t = 1; t <= ntypes; t++) {
+    if (spacing[t] == BIG) spacing[t] = smallest_cell[t];
+    if (spacing[t] == BIG) spacing[t] = 0.0;
+  }
+  return spacing;
+}
