@@ -58,7 +58,7 @@ debian_mirror() { # the mirror this machine already uses, else the main one
 }
 
 download() { # URL FILE: with what this machine has; apt-helper knows apt's proxy and certificates
-  local apt_helper=/usr/lib/apt/apt-helper
+  local apt_helper=${PERIDEM_APT_HELPER:-/usr/lib/apt/apt-helper}
   if [ -x "$apt_helper" ] && "$apt_helper" -qq -o APT::Sandbox::User=root \
        -o Acquire::Retries=3 download-file "$1" "$2" >/dev/null 2>&1; then return 0; fi
   if command -v curl >/dev/null; then
