@@ -342,11 +342,12 @@ def contact_pairs(
 ) -> tuple[Ints, Ints, Array]:
     """Pairs that may touch and their contact distance d_c.
 
-    Different grains: d_c = radius.  One grain, no intact bond: d_c = min(radius, R).
+    Different grains: d_c = radius.  One grain, no intact bond: d_c = min(radius, R).  Nodes of
+    molecule 0 are grains of their own.
     """
     n = len(molecule)
     i, j = np.triu_indices(n, 1)
-    same = molecule[i] == molecule[j]
+    same = (molecule[i] == molecule[j]) & (molecule[i] > 0)
     bonded = np.zeros((n, n), bool)
     if bonds is not None:
         bonded[bonds.i[bonds.intact], bonds.j[bonds.intact]] = True

