@@ -15,7 +15,6 @@ import sys
 from pathlib import Path
 
 import numpy as np
-
 from peridem import cloud, packing, render, run, scene, shapes
 from peridem.material import Contact, Material
 

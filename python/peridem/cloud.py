@@ -92,6 +92,8 @@ class Cloud:
         mesh = meshio.Mesh(points, [(kind, self.cells)])
         path = Path(path)
         if path.suffix == ".msh":
+            tags = [np.ones(len(self.cells), dtype=np.int64)]
+            mesh.cell_data = {"gmsh:physical": tags, "gmsh:geometrical": tags}
             meshio.write(path, mesh, file_format="gmsh22", binary=False)
         else:
             meshio.write(path, mesh)
@@ -180,7 +182,8 @@ def read(path: str | Path, name: str = "") -> Cloud:
     if not path.is_file():
         raise FileNotFoundError(f"no mesh file {path}")
     try:
-        mesh = meshio.read(path)
+        # meshio would try other programs' .msh too, and print what it thinks of it
+        mesh = meshio.read(path, "gmsh" if path.suffix == ".msh" else None)
     except (meshio.ReadError, KeyError, ValueError, SystemExit) as error:
         raise ValueError(f"{path} cannot be read as a mesh: {error}") from error
     found = {block.type for block in mesh.cells}

@@ -51,14 +51,14 @@ class RunReport:
 
 
 def find_lmp(lmp: str | Path | None = None) -> Path:
-    """The ``lmp`` program: as given, ``$PERIDEM_LMP``, ``build/lmp`` of the source tree, or on the
+    """The ``lmp`` program: as given, ``$LAMMPS_LMP``, ``build/lmp`` of the source tree, or on the
     search path, in this order.
 
     Raises:
         RunError: none of these is there.
     """
     tree = Path(__file__).resolve().parents[2] / "build" / "lmp"
-    asked = lmp or os.environ.get("PERIDEM_LMP")
+    asked = lmp or os.environ.get("LAMMPS_LMP")
     if asked:
         found = shutil.which(str(asked))
         if found is None:
@@ -69,7 +69,7 @@ def find_lmp(lmp: str | Path | None = None) -> Path:
     on_path = shutil.which("lmp")
     if on_path is None:
         raise RunError(
-            "no lmp program: build it (make build), or say where it is with --lmp or PERIDEM_LMP"
+            "no lmp program: build it (make build), or say where it is with --lmp or LAMMPS_LMP"
         )
     return Path(on_path)
 
