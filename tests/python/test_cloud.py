@@ -2,7 +2,6 @@
 
 import numpy as np
 import pytest
-
 from peridem import cloud, shapes
 
 OUTLINES = [shapes.circle(1e-3), shapes.hexagon(1e-3), shapes.triangle(7e-4), shapes.drum(7e-4)]

@@ -1,8 +1,7 @@
-"""Packings: nothing overlaps by brute force, seeds repeat, full boxes and bad tables are refused."""
+"""Packings: nothing overlaps by brute force, seeds repeat, bad tables are refused."""
 
 import numpy as np
 import pytest
-
 from peridem import packing, shapes
 
 OUTLINES = [

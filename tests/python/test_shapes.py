@@ -4,7 +4,6 @@ import math
 
 import numpy as np
 import pytest
-
 from peridem import shapes
 
 # Closed forms evaluated in double precision: a few dozen rounding errors of 1e-16.

@@ -4,7 +4,6 @@ import math
 
 import numpy as np
 import pytest
-
 from peridem import cloud, shapes, timestep
 from peridem.material import INFLUENCE, Contact, Material
 
