@@ -1,0 +1,76 @@
+"""The README tells the truth: its script runs and breaks grains, its links lead somewhere."""
+
+from __future__ import annotations
+
+import os
+import re
+import subprocess
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+REPOSITORY = Path(__file__).resolve().parents[2]
+README = (REPOSITORY / "README.md").read_text()
+LMP = Path(os.environ.get("LAMMPS_LMP", REPOSITORY / "build" / "lmp"))
+
+
+def _script() -> str:
+    block = re.search(r"^```\n(units .*?)^```$", README, re.MULTILINE | re.DOTALL)
+    assert block, "README.md has no block that starts with a units command"
+    return block[1]
+
+
+@pytest.fixture(scope="module")
+def frames(tmp_path_factory: pytest.TempPathFactory) -> list[np.ndarray]:
+    """Rows ``id mol x y damage`` of every dump of the README's script, sorted by id."""
+    if not LMP.exists():
+        pytest.skip(f"{LMP} is not there: make build")
+    folder = tmp_path_factory.mktemp("readme")
+    (folder / "in.discs").write_text(_script())
+    command = [LMP, "-in", "in.discs", "-nocite"]
+    done = subprocess.run(command, cwd=folder, text=True, capture_output=True)
+    assert done.returncode == 0, done.stdout[-2000:] + done.stderr[-2000:]
+    lines = (folder / "grains.dump").read_text().splitlines()
+    starts = [k for k, line in enumerate(lines) if line.startswith("ITEM: ATOMS")]
+    tables = []
+    for start in starts:
+        count = int(lines[start - 5])
+        rows = np.array([line.split() for line in lines[start + 1 : start + 1 + count]], dtype=float)
+        tables.append(rows[np.argsort(rows[:, 0])])
+    return tables
+
+
+def test_the_script_writes_what_it_says(frames: list[np.ndarray]) -> None:
+    assert len(frames) == 21  # a dump every 1000 of 20000 steps, and the first
+    assert all(table.shape == (138, 5) for table in frames)  # two discs of 69 nodes; none is lost
+    assert set(frames[0][:, 1]) == {1.0, 2.0}
+
+
+def test_the_script_breaks_grains(frames: list[np.ndarray]) -> None:
+    assert (frames[0][:, 4] == 0.0).all()
+    assert frames[-1][:, 4].max() > 0.3, "no grain broke"
+
+
+def test_the_script_keeps_nodes_between_floor_and_lid(frames: list[np.ndarray]) -> None:
+    """The lid is at 2.05 mm - 0.5 m/s t; a node may dip into a wall by less than half a spacing."""
+    for number, table in enumerate(frames):
+        lid = 2.05e-3 - 0.5 * number * 1000 * 1.0e-7
+        assert table[:, 3].min() > -0.05e-3
+        assert table[:, 3].max() < lid + 0.05e-3
+        assert np.abs(table[:, 2]).max() < 0.85e-3
+
+
+def test_links_lead_to_files() -> None:
+    links = re.findall(r"\]\(([^)#]+)\)", README)
+    assert len(links) >= 5
+    missing = [link for link in links if "://" not in link and not (REPOSITORY / link).exists()]
+    assert missing == []
+
+
+def test_the_targets_it_names_exist() -> None:
+    makefile = (REPOSITORY / "Makefile").read_text()
+    named = set(re.findall(r"\bmake ([a-z]+)\b", README)) - {"alone"}
+    assert {"demo", "test", "build"} <= named
+    for target in named & {"demo", "test", "quick", "build", "clean", "lint"}:
+        assert re.search(rf"^{target}:", makefile, re.MULTILINE), target
