@@ -23,11 +23,13 @@
 #include "domain.h"
 #include "error.h"
 #include "force.h"
+#include "memory.h"
 #include "respa.h"
 #include "update.h"
 
 #include <cmath>
 #include <cstring>
+#include <map>
 
 using namespace LAMMPS_NS;
 using namespace FixConst;
@@ -40,7 +42,9 @@ FixPeridemWall::FixPeridemWall(LAMMPS *lmp, int narg, char **arg) : Fix(lmp, nar
     error->all(FLERR, 2, "Fix {} requires atom style peridem; the atom style is {}", style,
                atom->get_style());
 
-  restart_global = 1;
+  restart_global = restart_peratom = 1;
+  create_attribute = 1;
+  maxexchange = 3;
   scalar_flag = vector_flag = 1;
   size_vector = 8;
   global_freq = 1;
@@ -74,6 +78,20 @@ FixPeridemWall::FixPeridemWall(LAMMPS *lmp, int narg, char **arg) : Fix(lmp, nar
 
   for (int k = 0; k < 3; k++) force[k] = torque[k] = 0.0;
   deepest = energy = 0.0;
+
+  FixPeridemWall::grow_arrays(atom->nmax);
+  atom->add_callback(Atom::GROW);
+  atom->add_callback(Atom::RESTART);
+  for (int i = 0; i < atom->nlocal; i++) FixPeridemWall::set_arrays(i);
+}
+
+/* ---------------------------------------------------------------------- */
+
+FixPeridemWall::~FixPeridemWall()
+{
+  atom->delete_callback(id, Atom::GROW);
+  atom->delete_callback(id, Atom::RESTART);
+  memory->destroy(slip);
 }
 
 /* ---------------------------------------------------------------------- */
@@ -156,11 +174,23 @@ void FixPeridemWall::init()
     laws[t] = PeridemContactLaw::resolve(
         what, PairPeridemContact::known(lmp, t, t, spacings), where, lmp);
     any_restitution = any_restitution || laws[t].uses_grain_mass();
-    if (comm->me == 0)
-      utils::logmesg(lmp, "PERIDEM: wall {} and type {}: {}\n", id, t, laws[t].describe());
   }
+  if (comm->me == 0) describe(used);
   grain_mass.clear();
   if (any_restitution) grain_mass = PeridemGrains::masses(lmp);
+}
+
+/* ----------------------------------------------------------------------
+   one line for all types with the same law
+------------------------------------------------------------------------- */
+
+void FixPeridemWall::describe(const std::vector<int> &used) const
+{
+  std::map<std::string, std::string> types;
+  for (int t = 1; t <= atom->ntypes; t++)
+    if (used[t]) types[laws[t].describe()] += fmt::format(" {}", t);
+  for (const auto &one : types)
+    utils::logmesg(lmp, "PERIDEM: wall {} and types{}: {}\n", id, one.second, one.first);
 }
 
 /* ---------------------------------------------------------------------- */
@@ -224,6 +254,7 @@ void FixPeridemWall::post_force(int)
   for (int k = 0; k < 3; k++) force[k] = torque[k] = 0.0;
   deepest = energy = 0.0;
   totals_known = false;
+  advance = update->setupflag == 0;
 
   double **x = atom->x;
   double at[3];    // a point of the plane, now
@@ -232,7 +263,10 @@ void FixPeridemWall::post_force(int)
     if (!(atom->mask[i] & groupbit)) continue;
     const double distance = (x[i][0] - at[0]) * normal[0] + (x[i][1] - at[1]) * normal[1] +
         (x[i][2] - at[2]) * normal[2];
-    if (distance < laws[atom->type[i]].radius) touch(i, distance, at);
+    if (distance < laws[atom->type[i]].radius)
+      touch(i, distance, at);
+    else
+      slip[i][0] = slip[i][1] = slip[i][2] = 0.0;
   }
   if (moving && update->ntimestep > update->beginstep)
     work -= update->dt *
@@ -250,29 +284,25 @@ void FixPeridemWall::touch(int i, double distance, const double *at)
   const double overlap = law.radius - distance;
   const double k = law.spring(atom->vfrac[i], atom->vfrac[i]);
 
-  double dv[3], rate = 0.0;    // of the node relative to the wall; rate = growth of the distance
+  double slide[3], rate = 0.0;    // of the wall as the node sees it; rate = growth of the distance
   for (int m = 0; m < 3; m++) {
-    dv[m] = v[m] - velocity[m];
-    rate += dv[m] * normal[m];
+    slide[m] = velocity[m] - v[m];
+    rate -= slide[m] * normal[m];
   }
+  for (int m = 0; m < 3; m++) slide[m] += rate * normal[m];
+
   double mass = atom->rmass[i];
   if (law.uses_grain_mass() && atom->molecule[i]) mass = grain_mass[atom->molecule[i]];
-  const double fn = PeridemContactLaw::normal(k, law.dashpot(k, mass), overlap, rate);
-
-  double vt[3], speedsq = 0.0;
-  for (int m = 0; m < 3; m++) {
-    vt[m] = dv[m] - rate * normal[m];
-    speedsq += vt[m] * vt[m];
-  }
-  double drag = 0.0;
-  if (law.friction > 0.0 && speedsq > 0.0) {
-    const double speed = std::sqrt(speedsq);
-    drag = law.tangential(k, atom->rmass[i], fn, speed) / speed;
-  }
+  const double beta = law.dashpot(k, mass);
+  const double fn = PeridemContactLaw::normal(k, beta, overlap, rate);
+  double drag[3] = {0.0, 0.0, 0.0};
+  if (law.friction > 0.0)
+    law.tangential({k, beta, fn, atom->rmass[i], update->dt, advance, normal}, slide, slip[i],
+                   drag);
 
   double on_node[3], arm[3];
   for (int m = 0; m < 3; m++) {
-    on_node[m] = fn * normal[m] - drag * vt[m];
+    on_node[m] = fn * normal[m] + drag[m];
     atom->f[i][m] += on_node[m];
     force[m] -= on_node[m];
     arm[m] = x[m] - distance * normal[m] - at[m];    // where the node touches the plane
@@ -355,4 +385,68 @@ void FixPeridemWall::restart(char *buf)
   for (int k = 0; k < 3; k++) shift[k] = list[k];
   work = comm->me == 0 ? list[3] : 0.0;
   started = true;
+}
+
+/* ----------------------------------------------------------------------
+   tangential springs travel with the nodes
+------------------------------------------------------------------------- */
+
+void FixPeridemWall::grow_arrays(int nmax)
+{
+  memory->grow(slip, nmax, 3, "peridem/wall:slip");
+}
+
+/* ---------------------------------------------------------------------- */
+
+void FixPeridemWall::copy_arrays(int i, int j, int)
+{
+  for (int m = 0; m < 3; m++) slip[j][m] = slip[i][m];
+}
+
+/* ---------------------------------------------------------------------- */
+
+void FixPeridemWall::set_arrays(int i)
+{
+  for (int m = 0; m < 3; m++) slip[i][m] = 0.0;
+}
+
+/* ---------------------------------------------------------------------- */
+
+int FixPeridemWall::pack_exchange(int i, double *buf)
+{
+  for (int m = 0; m < 3; m++) buf[m] = slip[i][m];
+  return 3;
+}
+
+/* ---------------------------------------------------------------------- */
+
+int FixPeridemWall::unpack_exchange(int i, double *buf)
+{
+  for (int m = 0; m < 3; m++) slip[i][m] = buf[m];
+  return 3;
+}
+
+/* ---------------------------------------------------------------------- */
+
+int FixPeridemWall::pack_restart(int i, double *buf)
+{
+  buf[0] = 4;
+  return 1 + pack_exchange(i, buf + 1);
+}
+
+/* ---------------------------------------------------------------------- */
+
+void FixPeridemWall::unpack_restart(int i, int nth)
+{
+  double *buf = atom->extra[i];
+  int m = 0;
+  for (int k = 0; k < nth; k++) m += static_cast<int>(buf[m]);
+  unpack_exchange(i, buf + m + 1);
+}
+
+/* ---------------------------------------------------------------------- */
+
+double FixPeridemWall::memory_usage()
+{
+  return 3.0 * atom->nmax * sizeof(double);
 }

@@ -30,6 +30,7 @@ namespace LAMMPS_NS {
 class FixPeridemWall : public Fix {
  public:
   FixPeridemWall(class LAMMPS *, int, char **);
+  ~FixPeridemWall() override;
   int setmask() override;
   void init() override;
   void setup(int) override;
@@ -42,6 +43,16 @@ class FixPeridemWall : public Fix {
   double compute_vector(int) override;
   void write_restart(FILE *) override;
   void restart(char *) override;
+  void grow_arrays(int) override;
+  void copy_arrays(int, int, int) override;
+  void set_arrays(int) override;
+  int pack_exchange(int, double *) override;
+  int unpack_exchange(int, double *) override;
+  int pack_restart(int, double *) override;
+  void unpack_restart(int, int) override;
+  int size_restart(int) override { return 4; }
+  int maxsize_restart() override { return 4; }
+  double memory_usage() override;
 
  private:
   double point[3]{0.0, 0.0, 0.0};       // of the plane, when the fix was made
@@ -51,6 +62,8 @@ class FixPeridemWall : public Fix {
   PeridemContactGiven given;
   std::vector<PeridemContactLaw> laws;    // by node type
   std::vector<double> grain_mass;         // by molecule-ID, if restitution needs it
+  double **slip{nullptr};                 // tangential spring of each owned node at the wall
+  bool advance{true};
   bool moving{false}, started{false};
   int ilevel_respa{0};
 
@@ -62,6 +75,7 @@ class FixPeridemWall : public Fix {
 
   int parse_plane(int, int, char **);
   int parse_vector(int, int, char **, const char *, double *);
+  void describe(const std::vector<int> &) const;
   void check_start();
   void touch(int i, double distance, const double *at);
   void sum_totals();

@@ -16,6 +16,7 @@
 #include "pair_peridem_contact.h"
 
 #include "fix_peridem_bonds.h"
+#include "fix_peridem_history.h"
 #include "pair_peridem.h"
 #include "peridem_grains.h"
 
@@ -58,6 +59,7 @@ PairPeridemContact::PairPeridemContact(LAMMPS *lmp) : Pair(lmp)
 PairPeridemContact::~PairPeridemContact()
 {
   if (copymode) return;
+  if (history && modify->nfix) modify->delete_fix(history->id);
   if (allocated) {
     memory->destroy(setflag);
     memory->destroy(cutsq);
@@ -159,7 +161,7 @@ void PairPeridemContact::init_style()
 
   const auto spacings = PeridemGrains::spacings(lmp);
   any_dissipation = false;
-  bool any_restitution = false;
+  bool any_restitution = false, any_history = false;
   double least = 0.0;
   for (int i = 1; i <= ntypes; i++)
     for (int j = i; j <= ntypes; j++) {
@@ -173,6 +175,7 @@ void PairPeridemContact::init_style()
       rcsq[index(i, j)] = rcsq[index(j, i)] = law.radius * law.radius;
       any_dissipation = any_dissipation || law.dissipates();
       any_restitution = any_restitution || law.uses_grain_mass();
+      any_history = any_history || law.uses_history();
       if (least == 0.0 || law.radius < least) least = law.radius;
       if (comm->me == 0)
         utils::logmesg(lmp, "PERIDEM: contact of types {} {}: {}\n", i, j, law.describe());
@@ -203,7 +206,17 @@ void PairPeridemContact::init_style()
                      neighbor->skin, SKIN, update->unit_style, it->second);
   }
 
-  neighbor->add_request(this);
+  // springs of the tangential direction travel in a fix of their own
+
+  if (any_history && !history)
+    history = dynamic_cast<FixPeridemHistory *>(
+        modify->add_fix("PERIDEM_HISTORY all PERIDEM_HISTORY"));
+  if (history) history->set_source(this);
+  any_springs = any_history;
+
+  // a pair that crosses to another rank is listed on both, whatever newton says
+
+  neighbor->add_request(this, NeighConst::REQ_NEWTON_OFF);
 }
 
 /* ---------------------------------------------------------------------- */
@@ -225,6 +238,18 @@ void PairPeridemContact::compute(int eflag, int vflag)
   add_broken_bonds();
   if (!overlaps_checked) check_overlaps();
 
+  advance = update->setupflag == 0;
+  if (any_springs) {
+    touch_all<true>();
+    live = true;
+  } else
+    touch_all<false>();
+}
+
+/* ---------------------------------------------------------------------- */
+
+template <bool HISTORY> void PairPeridemContact::touch_all()
+{
   double **x = atom->x;
   const int *const type = atom->type;
   const int nrows = static_cast<int>(row_node.size());
@@ -236,14 +261,23 @@ void PairPeridemContact::compute(int eflag, int vflag)
       const int j = candidates[k];
       const double d[3] = {x[j][0] - xi, x[j][1] - yi, x[j][2] - zi};
       const double rsq = d[0] * d[0] + d[1] * d[1] + d[2] * d[2];
-      if (rsq < rcsq_i[type[j]]) touch(i, j, laws[index(type[i], type[j])].radius, rsq, d);
+      if (rsq < rcsq_i[type[j]])
+        touch(i, j, laws[index(type[i], type[j])].radius, rsq, d,
+              HISTORY ? candidate_springs[k].hold() : nullptr);
+      else if (HISTORY && candidate_springs[k].touching)
+        candidate_springs[k] = Spring();
     }
   }
-  for (const auto &pair : fragments) {
+  for (std::size_t k = 0; k < fragments.size(); k++) {
+    const auto &pair = fragments[k];
     const double *const xi = x[pair.i], *const xj = x[pair.j];
     const double d[3] = {xj[0] - xi[0], xj[1] - xi[1], xj[2] - xi[2]};
     const double rsq = d[0] * d[0] + d[1] * d[1] + d[2] * d[2];
-    if (rsq < pair.distance * pair.distance) touch(pair.i, pair.j, pair.distance, rsq, d);
+    if (rsq < pair.distance * pair.distance)
+      touch(pair.i, pair.j, pair.distance, rsq, d,
+            HISTORY ? fragment_springs[k].hold() : nullptr);
+    else if (HISTORY && fragment_springs[k].touching)
+      fragment_springs[k] = Spring();
   }
 }
 
@@ -265,6 +299,8 @@ void PairPeridemContact::pick_candidates()
   row_first.assign(1, 0);
   candidates.clear();
   fragments.clear();
+  candidate_springs.clear();
+  fragment_springs.clear();
   for (int ii = 0; ii < list->inum; ii++) {
     const int i = list->ilist[ii];
     const int *const jlist = list->firstneigh[i];
@@ -281,6 +317,46 @@ void PairPeridemContact::pick_candidates()
     row_node.push_back(i);
     row_first.push_back(static_cast<int>(candidates.size()));
   }
+
+  if (!any_springs) return;
+  candidate_springs.resize(candidates.size());
+  for (std::size_t row = 0; row < row_node.size(); row++)
+    for (int k = row_first[row]; k < row_first[row + 1]; k++)
+      find_spring(row_node[row], candidates[k], candidate_springs[k]);
+  for (std::size_t k = 0; k < fragments.size(); k++)
+    find_spring(fragments[k].i, fragments[k].j, fragment_springs[k]);
+}
+
+/* ----------------------------------------------------------------------
+   the spring that a pair had before its nodes migrated
+------------------------------------------------------------------------- */
+
+void PairPeridemContact::find_spring(int i, int j, Spring &spring) const
+{
+  for (const auto &one : history->rows[i])
+    if (one.tag == atom->tag[j]) {
+      for (int m = 0; m < 3; m++) spring.slip[m] = one.slip[m];
+      spring.touching = true;
+    }
+}
+
+/* ----------------------------------------------------------------------
+   give each owned node its springs
+------------------------------------------------------------------------- */
+
+void PairPeridemContact::store_springs(FixPeridemHistory &fix) const
+{
+  auto store = [&](int i, int j, const Spring &spring) {
+    if (!spring.touching) return;
+    const double *const s = spring.slip;
+    fix.rows[i].push_back({atom->tag[j], {s[0], s[1], s[2]}});
+    if (j < atom->nlocal) fix.rows[j].push_back({atom->tag[i], {-s[0], -s[1], -s[2]}});
+  };
+  for (std::size_t row = 0; row < row_node.size(); row++)
+    for (int k = row_first[row]; k < row_first[row + 1]; k++)
+      store(row_node[row], candidates[k], candidate_springs[k]);
+  for (std::size_t k = 0; k < fragments.size(); k++)
+    store(fragments[k].i, fragments[k].j, fragment_springs[k]);
 }
 
 /* ----------------------------------------------------------------------
@@ -296,11 +372,12 @@ void PairPeridemContact::add_fragment(int i, int j)
   domain->minimum_image(FLERR, dx, dy, dz);
   const double R = std::sqrt(dx * dx + dy * dy + dz * dz);
   fragments.push_back({i, j, MIN(law.radius, R)});
+  if (any_springs) fragment_springs.emplace_back();
 }
 
 /* ----------------------------------------------------------------------
-   bonds that broke since the candidates were picked; both ends of a bond report it, and one of
-   them takes the pair
+   bonds that broke since the candidates were picked; both ends of a bond report it: of two owned
+   nodes, the lower ID takes the pair
 ------------------------------------------------------------------------- */
 
 void PairPeridemContact::add_broken_bonds()
@@ -308,18 +385,9 @@ void PairPeridemContact::add_broken_bonds()
   if (!bonds) return;
   for (; broken_seen < bonds->broken.size(); broken_seen++) {
     const auto &bond = bonds->broken[broken_seen];
-    if (mine(bond.i, bond.j)) add_fragment(bond.i, bond.j);
+    if (bond.j >= atom->nlocal || atom->tag[bond.i] < atom->tag[bond.j])
+      add_fragment(bond.i, bond.j);
   }
-}
-
-/* ----------------------------------------------------------------------
-   does the end i of a pair compute it? With newton off both ranks compute a pair that crosses.
-------------------------------------------------------------------------- */
-
-int PairPeridemContact::mine(int i, int j) const
-{
-  if (!force->newton_pair && j >= atom->nlocal) return 1;
-  return atom->tag[i] < atom->tag[j];
 }
 
 /* ----------------------------------------------------------------------
@@ -360,10 +428,11 @@ void PairPeridemContact::check_overlaps()
    force between two nodes nearer than their contact distance; d points from i to j
 ------------------------------------------------------------------------- */
 
-void PairPeridemContact::touch(int i, int j, double distance, double rsq, const double *d)
+void PairPeridemContact::touch(int i, int j, double distance, double rsq, const double *d,
+                               double *slip)
 {
   double **v = atom->v, **f = atom->f;
-  const int nlocal = atom->nlocal, newton_pair = force->newton_pair;
+  const int nlocal = atom->nlocal;
   const auto &law = laws[index(atom->type[i], atom->type[j])];
   const double r = std::sqrt(rsq);
 
@@ -378,37 +447,33 @@ void PairPeridemContact::touch(int i, int j, double distance, double rsq, const 
     const double fn = k * (distance - r);
     for (int m = 0; m < 3; m++) total[m] = -fn * n[m];
   } else {
-    double dv[3], rate = 0.0;
+    double slide[3], rate = 0.0;
     for (int m = 0; m < 3; m++) {
-      dv[m] = v[j][m] - v[i][m];
-      rate += dv[m] * n[m];
+      slide[m] = v[j][m] - v[i][m];
+      rate += slide[m] * n[m];
     }
+    for (int m = 0; m < 3; m++) slide[m] -= rate * n[m];
+
     const double beta =
         law.dashpot(k, law.uses_grain_mass() ? effective_grain_mass(i, j) : 0.0);
     const double fn = PeridemContactLaw::normal(k, beta, distance - r, rate);
-
-    double vt[3], speedsq = 0.0;
-    for (int m = 0; m < 3; m++) {
-      vt[m] = dv[m] - rate * n[m];
-      speedsq += vt[m] * vt[m];
-    }
-    double drag = 0.0;    // friction force over sliding speed
-    if (law.friction > 0.0 && speedsq > 0.0) {
+    for (int m = 0; m < 3; m++) total[m] = -fn * n[m];
+    if (law.friction > 0.0) {
       const double mi = atom->rmass[i], mj = atom->rmass[j];
-      const double speed = std::sqrt(speedsq);
-      drag = law.tangential(k, mi * mj / (mi + mj), fn, speed) / speed;
+      double drag[3];
+      law.tangential({k, beta, fn, mi * mj / (mi + mj), update->dt, advance, n}, slide, slip, drag);
+      for (int m = 0; m < 3; m++) total[m] += drag[m];
     }
-    for (int m = 0; m < 3; m++) total[m] = -fn * n[m] + drag * vt[m];
   }
 
   for (int m = 0; m < 3; m++) f[i][m] += total[m];
-  if (newton_pair || j < nlocal)
+  if (j < nlocal)
     for (int m = 0; m < 3; m++) f[j][m] -= total[m];
 
   if (evflag) {
     const double depth = distance - r;
-    ev_tally_xyz(i, j, nlocal, newton_pair, 0.5 * k * depth * depth, 0.0, total[0], total[1],
-                 total[2], -d[0], -d[1], -d[2]);
+    ev_tally_xyz(i, j, nlocal, 0, 0.5 * k * depth * depth, 0.0, total[0], total[1], total[2], -d[0],
+                 -d[1], -d[2]);
   }
 }
 

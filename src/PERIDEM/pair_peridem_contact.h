@@ -26,6 +26,7 @@ PairStyle(peridem/contact,PairPeridemContact);
 namespace LAMMPS_NS {
 
 class FixPeridemBonds;
+class FixPeridemHistory;
 
 // Contact between nodes of different grains, and between nodes of one grain that share no intact
 // bond.  Pairs that can touch are picked once per reneighbouring.
@@ -49,6 +50,11 @@ class PairPeridemContact : public Pair {
   bool covers(int itype) const { return !given.empty() && setflag[itype][itype]; }
   const PeridemContactGiven &own(int itype) const { return given[index(itype, itype)]; }
 
+  // tangential springs, for the fix that carries them along with the nodes
+  bool springs_live() const { return live; }
+  void rest_springs() { live = false; }
+  void store_springs(FixPeridemHistory &) const;
+
   static PeridemContactKnown known(class LAMMPS *, int itype, int jtype,
                                    const std::vector<double> &spacings);
 
@@ -62,8 +68,10 @@ class PairPeridemContact : public Pair {
   FixPeridemBonds *bonds{nullptr};
   bool any_dissipation{false}, overlaps_checked{false};
 
-  // pairs that can touch before the next reneighbouring: row i of candidates holds nodes of other
-  // grains; fragments hold pairs of one grain, each with its own contact distance
+  // Pairs that can touch before the next reneighbouring: candidates of row r are nodes of other
+  // grains than that of node row_node[r]; fragments are pairs of one grain, each with its own
+  // contact distance.  A pair that crosses to a ghost is known to both ranks, and each adds the
+  // force on its own node.
   struct FragmentPair {
     int i, j;
     double distance;
@@ -72,15 +80,32 @@ class PairPeridemContact : public Pair {
   std::vector<FragmentPair> fragments;
   std::size_t broken_seen{0};
 
+  // tangential springs: slip of the other node and whether the pair touched at the last step
+  struct Spring {
+    double slip[3]{0.0, 0.0, 0.0};
+    bool touching{false};
+    double *hold()
+    {
+      touching = true;
+      return slip;
+    }
+  };
+  std::vector<Spring> candidate_springs, fragment_springs;
+  FixPeridemHistory *history{nullptr};
+  bool any_springs{false};
+  bool live{false};    // the springs here are newer than those of the fix
+  bool advance{true};
+
   std::size_t index(int itype, int jtype) const { return itype * (ntypes + 1) + jtype; }
   void allocate();
   void pick_candidates();
   void add_fragment(int i, int j);
   void add_broken_bonds();
   void check_overlaps();
-  void touch(int i, int j, double distance, double rsq, const double *d);
+  template <bool HISTORY> void touch_all();
+  void touch(int i, int j, double distance, double rsq, const double *d, double *slip);
+  void find_spring(int i, int j, Spring &) const;
   double effective_grain_mass(int i, int j) const;
-  int mine(int i, int j) const;
 };
 
 }    // namespace LAMMPS_NS

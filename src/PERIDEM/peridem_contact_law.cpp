@@ -23,6 +23,13 @@
 using namespace LAMMPS_NS;
 using MathConst::MY_PI;
 
+// tangential over normal spring: about 2 (1 - nu) / (2 - nu), the ratio of the elastic stiffnesses
+// of two touching bodies (Mindlin 1949), at nu = 1/4
+static constexpr double DEFAULT_RATIO = 0.85;
+
+// the regularised force stops a sliding node pair in this many steps at the soonest
+static constexpr double STOPPING_STEPS = 2.0;
+
 /* ---------------------------------------------------------------------- */
 
 static double either(double mine, double other)
@@ -54,7 +61,11 @@ PeridemContactGiven PeridemContactGiven::over(const PeridemContactGiven &other) 
     merged.damping = other.damping;
   }
   merged.friction = either(friction, other.friction);
-  merged.gamma = either(gamma, other.gamma);
+  if (tangential == UNSET) {
+    merged.tangential = other.tangential;
+    merged.gamma = other.gamma;
+    merged.ratio = other.ratio;
+  }
   if (fragments == UNSET) merged.fragments = other.fragments;
   return merged;
 }
@@ -104,9 +115,76 @@ PeridemContactLaw PeridemContactLaw::resolve(const PeridemContactGiven &given,
   }
   law.damping = either(given.damping, 0.0);
   law.friction = either(given.friction, 0.0);
+  law.regularised = given.tangential == PeridemContactGiven::REGULARISED;
   law.gamma = either(given.gamma, -1.0);
+  law.ratio = either(given.ratio, DEFAULT_RATIO);
   law.fragments = given.fragments != 0;
   return law;
+}
+
+/* ---------------------------------------------------------------------- */
+
+void PeridemContactLaw::tangential(const Touch &touch, const double *slide, double *slip,
+                                   double *force) const
+{
+  if (regularised)
+    tangential_viscous(touch, slide, force);
+  else
+    tangential_spring(touch, slide, slip, force);
+}
+
+/* ----------------------------------------------------------------------
+   a spring with the dashpot of the normal direction, cut at the Coulomb limit: what the slider
+   slips, the spring forgets
+------------------------------------------------------------------------- */
+
+void PeridemContactLaw::tangential_spring(const Touch &touch, const double *slide, double *slip,
+                                          double *force) const
+{
+  if (touch.advance) {
+    // the pair may have turned: keep the length of the spring, in the new tangential plane
+    const double *const n = touch.direction;
+    double along = 0.0, before = 0.0, after = 0.0;
+    for (int m = 0; m < 3; m++) {
+      along += slip[m] * n[m];
+      before += slip[m] * slip[m];
+    }
+    for (int m = 0; m < 3; m++) {
+      slip[m] -= along * n[m];
+      after += slip[m] * slip[m];
+    }
+    const double scale = after > 0.0 ? std::sqrt(before / after) : 0.0;
+    for (int m = 0; m < 3; m++) slip[m] = scale * slip[m] + slide[m] * touch.dt;
+  }
+
+  const double kt = ratio * touch.spring;
+  const double limit = friction * touch.normal_force;
+  double lengthsq = 0.0;
+  for (int m = 0; m < 3; m++) {
+    force[m] = kt * slip[m] + touch.dashpot * slide[m];
+    lengthsq += force[m] * force[m];
+  }
+  if (lengthsq <= limit * limit) return;
+  const double scale = limit / std::sqrt(lengthsq);
+  for (int m = 0; m < 3; m++) {
+    force[m] *= scale;
+    if (touch.advance) slip[m] = (force[m] - touch.dashpot * slide[m]) / kt;
+  }
+}
+
+/* ----------------------------------------------------------------------
+   min(mu f_N, gamma v): no jump at zero speed, no memory, and so grains at rest creep
+------------------------------------------------------------------------- */
+
+void PeridemContactLaw::tangential_viscous(const Touch &touch, const double *slide,
+                                           double *force) const
+{
+  const double speed =
+      std::sqrt(slide[0] * slide[0] + slide[1] * slide[1] + slide[2] * slide[2]);
+  double drag = gamma >= 0.0 ? gamma : touch.node_mass / (STOPPING_STEPS * touch.dt);
+  const double limit = friction * touch.normal_force;
+  if (drag * speed > limit) drag = limit / speed;
+  for (int m = 0; m < 3; m++) force[m] = drag * slide[m];
 }
 
 /* ---------------------------------------------------------------------- */
@@ -118,6 +196,7 @@ std::string PeridemContactLaw::describe() const
   if (zeta > 0.0) text += fmt::format(", damping ratio {:.4g} of the two grains", zeta);
   if (damping > 0.0) text += fmt::format(", damping {:.6g}", damping);
   text += fmt::format(", friction {:.4g}", friction);
+  if (friction > 0.0) text += regularised ? " (regularised)" : " (history)";
   return text;
 }
 
@@ -220,15 +299,21 @@ int PeridemContactParser::parse(int iarg, int narg, char **arg, PeridemContactGi
       given.friction = number(iarg + 1, narg, arg, NON_NEGATIVE, key);
       iarg += 2;
     } else if (key == "tangential") {
-      fresh(std::isnan(given.gamma));
+      fresh(given.tangential == PeridemContactGiven::UNSET);
       const std::string value = iarg + 1 < narg ? arg[iarg + 1] : "";
-      if (value != "regularised")
-        error->all(FLERR, iarg0 + iarg, "{} tangential {}: must be regularised [gamma]", style,
+      const bool more = iarg + 2 < narg && utils::is_double(arg[iarg + 2]);
+      if (value == "history") {
+        given.tangential = PeridemContactGiven::HISTORY;
+        if (more) given.ratio = number(iarg + 2, narg, arg, POSITIVE, "tangential history");
+      } else if (value == "regularised") {
+        given.tangential = PeridemContactGiven::REGULARISED;
+        if (more) given.gamma = number(iarg + 2, narg, arg, POSITIVE, "tangential regularised");
+      } else {
+        error->all(FLERR, iarg0 + iarg,
+                   "{} tangential {}: must be history [k_t/k_n] or regularised [gamma]", style,
                    value);
-      iarg += 2;
-      given.gamma = -1.0;
-      if (iarg < narg && utils::is_double(arg[iarg]))
-        given.gamma = number(iarg++, narg, arg, POSITIVE, "tangential regularised");
+      }
+      iarg += more ? 3 : 2;
     } else if (key == "fragments") {
       fresh(given.fragments == PeridemContactGiven::UNSET);
       if (iarg + 1 >= narg) error->all(FLERR, iarg0 + iarg, "{} {} needs yes or no", style, key);

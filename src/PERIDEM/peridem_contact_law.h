@@ -24,7 +24,8 @@ namespace LAMMPS_NS {
 // What pair_coeff or a wall said: NAN or UNSET where it said nothing.
 
 struct PeridemContactGiven {
-  enum { UNSET = -1, BULK, JHA2021 };    // forms of the stiffness
+  enum { UNSET = -1, BULK, JHA2021 };     // forms of the stiffness
+  enum { HISTORY, REGULARISED };          // forms of the tangential force
 
   double radius{NAN};         // contact distance R_c
   double auto_factor{NAN};    // R_c as a fraction of the smallest node spacing
@@ -36,7 +37,9 @@ struct PeridemContactGiven {
   double restitution{NAN};
   double damping{NAN};        // beta_N itself
   double friction{NAN};
-  double gamma{NAN};          // of the regularised tangential force
+  int tangential{UNSET};
+  double gamma{NAN};          // of the regularised tangential force, if given
+  double ratio{NAN};          // of tangential to normal spring, if given
   int fragments{UNSET};
 
   // what is said here, and where nothing is said, what the other says
@@ -82,14 +85,21 @@ class PeridemContactLaw {
     return force > 0.0 ? force : 0.0;
   }
 
-  // Coulomb friction, regularised so that it does not jump at zero speed; node_mass = effective
-  // mass of the two nodes
-  double tangential(double k, double node_mass, double normal_force, double speed) const
-  {
-    const double viscous = (gamma >= 0.0 ? gamma : std::sqrt(k * node_mass)) * speed;
-    const double coulomb = friction * normal_force;
-    return viscous < coulomb ? viscous : coulomb;
-  }
+  bool uses_history() const { return friction > 0.0 && !regularised; }
+
+  // A touching pair as friction sees it.
+  struct Touch {
+    double spring, dashpot;      // of the normal direction
+    double normal_force;
+    double node_mass;            // effective mass of the two nodes
+    double dt;
+    bool advance;                // false: forces are evaluated again at the same time
+    const double *direction;     // unit vector from one to the other
+  };
+
+  // friction force that the other exerts, which moves at the tangential velocity slide; slip is the
+  // stretch of the tangential spring, kept by the caller (null where there is no history)
+  void tangential(const Touch &, const double *slide, double *slip, double *force) const;
 
   static PeridemContactLaw resolve(const PeridemContactGiven &, const PeridemContactKnown &,
                                    const std::string &where, class LAMMPS *);
@@ -101,7 +111,12 @@ class PeridemContactLaw {
   double modulus{0.0};
   double zeta{0.0};       // damping ratio that the restitution asks for
   double damping{0.0};    // beta_N when given by hand
-  double gamma{-1.0};     // < 0: from the spring and the masses
+  bool regularised{false};
+  double gamma{-1.0};     // of the regularised force; < 0: as large as the time step allows
+  double ratio{0.0};      // of tangential to normal spring
+
+  void tangential_spring(const Touch &, const double *slide, double *slip, double *force) const;
+  void tangential_viscous(const Touch &, const double *slide, double *force) const;
 };
 
 // Reads contact keywords, for pair_coeff and walls alike.
