@@ -64,7 +64,11 @@ def _write_case(folder: Path) -> None:
 def _run(command: list[str | Path], cwd: Path, what: str) -> str:
     """Output of a command; fails the test with its last lines."""
     done = subprocess.run(
-        list(map(str, command)), cwd=cwd, text=True, stdout=subprocess.PIPE, stderr=subprocess.STDOUT
+        list(map(str, command)),
+        cwd=cwd,
+        text=True,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
     )
     if done.returncode:
         tail = "\n".join(done.stdout.splitlines()[-30:])

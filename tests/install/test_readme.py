@@ -36,7 +36,9 @@ def frames(tmp_path_factory: pytest.TempPathFactory) -> list[np.ndarray]:
     tables = []
     for start in starts:
         count = int(lines[start - 5])
-        rows = np.array([line.split() for line in lines[start + 1 : start + 1 + count]], dtype=float)
+        rows = np.array(
+            [line.split() for line in lines[start + 1 : start + 1 + count]], dtype=float
+        )
         tables.append(rows[np.argsort(rows[:, 0])])
     return tables
 

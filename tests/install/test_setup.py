@@ -71,7 +71,7 @@ def test_every_locked_package_has_hashes() -> None:
         assert re.search(r"--hash=sha256:[0-9a-f]{64}\b", entry), entry
 
 
-# ---- fetching LAMMPS -------------------------------------------------------------------------------
+# ---- fetching LAMMPS -----------------------------------------------------------------------------
 
 
 def test_fetch_refuses_an_unknown_version(tmp_path: Path) -> None:
