@@ -169,7 +169,10 @@ class Scene:
         clouds, materials = [c for c, _ in kinds], [m for _, m in kinds]
         size = max(float(c.cell_sizes.max()) for c in clouds) ** (self.dimension - 2)
         spring = self.contact.stiff * max(m.bulk for m in materials) * size
-        return stable_step(clouds, materials, spring)
+        # restitution refers to the grains; against a wall the heaviest one counts in full
+        heaviest = max(m.density * float(c.volumes.sum()) for c, m in kinds)
+        dashpot = 2.0 * self.contact.damping_ratio * math.sqrt(spring * heaviest)
+        return stable_step(clouds, materials, spring, dashpot)
 
     def _box(self) -> tuple[Array, Array]:
         """Low and high corner of the simulation box: around all nodes and all walls."""
@@ -204,9 +207,7 @@ class Scene:
         """The data file."""
         low, high = self._box()
         if self.dimension == 2:
-            # one cell thick, as LAMMPS wants a 2D box; nothing depends on it
-            half = 0.5 * self.contact_radius
-            low, high = np.append(low, -half), np.append(high, half)
+            low, high = np.append(low, -0.5), np.append(high, 0.5)  # unit thickness
         count = sum(len(grain.cloud.nodes) for grain in self.grains)
         lines = [
             f"{self.title}; columns of Atoms: node, grain, material, volume, density, x, y, z",
@@ -390,7 +391,7 @@ read_data       {DATA:<24}# columns: node, grain, material, volume, density, x, 
             "fix motion all nve",
             f"# stable up to {stable.bonds:.3g} s for bonds alone (highest frequency of a grain),",
             f"# {stable.contacts:.3g} s for contacts (each node pressed by several at once),",
-            f"# {stable.together:.3g} s for both; taken: {self.safety:g} of that",
+            f"# {stable.together:.3g} s with dashpots, for all; taken: {self.safety:g} of that",
             f"timestep        {step:.8g}",
         ]
         return "\n".join(lines) + "\n"

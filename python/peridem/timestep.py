@@ -104,33 +104,48 @@ class StableStep:
     """What limits the time step.
 
     Attributes:
-        bonds: largest stable step of the bonds alone.
-        contacts: largest stable step of the contacts alone.
-        together: largest stable step of both.
+        bonds: largest stable step of the springs of the bonds alone.
+        contacts: largest stable step of the springs of the contacts alone.
+        rate: of all dashpots together, per time: twice the rate at which a motion dies away.
     """
 
     bonds: float
     contacts: float
+    rate: float = 0.0
+
+    @property
+    def springs(self) -> float:
+        """Largest stable step of bonds and contacts.
+
+        At worst the squares of frequencies add up (eigenvalues of a sum of symmetric matrices).
+        """
+        return 1.0 / math.sqrt(self.bonds**-2 + self.contacts**-2)
 
     @property
     def together(self) -> float:
-        """Frequencies squared add up at worst (eigenvalues of a sum of symmetric matrices)."""
-        return 1.0 / math.sqrt(self.bonds**-2 + self.contacts**-2)
+        """Largest stable step with the dashpots, whose velocities lag by half a step."""
+        omega = 2.0 / self.springs
+        damping = 0.5 * self.rate / omega
+        return self.springs * (math.sqrt(1.0 + damping**2) - damping)
 
 
-def stable_step(clouds: list[Cloud], materials: list[Material], spring: float) -> StableStep:
+def stable_step(
+    clouds: list[Cloud], materials: list[Material], spring: float, dashpot: float = 0.0
+) -> StableStep:
     """The largest stable time step of grains with the given clouds and materials.
 
     Args:
         clouds: one for each kind of grain, at its largest and smallest size in use.
         materials: of each cloud.
         spring: stiffest spring of one pair of touching nodes, force over length.
+        dashpot: strongest dashpot of one pair of touching nodes, force over speed.
     """
-    omega = max(highest_frequency(c, m) for c, m in zip(clouds, materials, strict=True))
-    dimension = clouds[0].dimension
+    kinds = list(zip(clouds, materials, strict=True))
+    omega = max(highest_frequency(c, m) for c, m in kinds)
+    # the viscous part of a bond is its shear spring times viscosity over shear modulus
+    rate = omega**2 * max(m.viscosity / m.shear for m in materials)
     # rows of a contact stiffness: a node's own springs and their far ends, k/m each (Gershgorin)
-    lightest = min(
-        float(m.density * c.volumes.min()) for c, m in zip(clouds, materials, strict=True)
-    )
-    contact = math.sqrt(2.0 * CONTACTS_AT_ONCE[dimension] * spring / lightest)
-    return StableStep(bonds=2.0 / omega, contacts=2.0 / contact)
+    rows = 2.0 * CONTACTS_AT_ONCE[clouds[0].dimension]
+    lightest = min(float(m.density * c.volumes.min()) for c, m in kinds)
+    contact = math.sqrt(rows * spring / lightest)
+    return StableStep(2.0 / omega, 2.0 / contact, rate + rows * dashpot / lightest)
