@@ -51,9 +51,7 @@ def _lammps_has_styles() -> None:
 
 
 @pytest.fixture
-def simulation(
-    _lammps_has_styles: None, tmp_path: Path
-) -> Iterator[Callable[..., Simulation]]:
+def simulation(_lammps_has_styles: None, tmp_path: Path) -> Iterator[Callable[..., Simulation]]:
     """Factory of LAMMPS instances in this process; they are closed when the test ends."""
     opened: list[Simulation] = []
 

@@ -11,7 +11,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from support.clouds import Cloud, cloud, deformed, join, ragged
+from support.clouds import Cloud, deformed, join, ragged
 from support.oracle import (
     Contact,
     Solid,
@@ -53,12 +53,28 @@ def heap(rng, dimension: int) -> Cloud:
     return one.moved(x, v)
 
 
-def script(one: Cloud, dimension: int, grid: str, newton: str, name: str, steps: int = 0,
-           tiled: bool = False, extra: str = "", dt: float = 0.01) -> str:
+def script(
+    one: Cloud,
+    dimension: int,
+    grid: str,
+    newton: str,
+    name: str,
+    steps: int = 0,
+    tiled: bool = False,
+    extra: str = "",
+    dt: float = 0.01,
+) -> str:
     balance = "comm_style tiled\nbalance 1.0 rcb" if tiled else ""
-    text = header(one, "heap.data", dimension=dimension, newton=newton,
-                  extra="" if tiled else f"processors {grid}")
-    return f"clear\n{text}\n" + f"""
+    text = header(
+        one,
+        "heap.data",
+        dimension=dimension,
+        newton=newton,
+        extra="" if tiled else f"processors {grid}",
+    )
+    return (
+        f"clear\n{text}\n"
+        + f"""
         {balance}
         pair_style hybrid/overlay peridem/lps peridem/contact
         pair_coeff * * peridem/lps {lps_words(SOLIDS[dimension])}
@@ -78,6 +94,7 @@ def script(one: Cloud, dimension: int, grid: str, newton: str, name: str, steps:
         print "${{energy}} ${{pressure}}" file {name}.thermo
         write_dump all custom {name}.last {WRITE} modify format float %.17g
         """.replace("\n        ", "\n")
+    )
 
 
 def model(one: Cloud, dimension: int):
@@ -100,8 +117,13 @@ def test_forces_energy_and_broken_bonds_on_any_processor_grid_with_newton_on_and
     one.write(mpi.folder / "heap.data")
     grids = [grid for grid in GRIDS[ranks] if dimension == 3 or grid.endswith("1")]
     cases = [(grid, newton) for grid in grids for newton in ("on", "off")]
-    mpi("\n".join(script(one, dimension, grid, newton, f"case{k}")
-                  for k, (grid, newton) in enumerate(cases)), ranks)
+    mpi(
+        "\n".join(
+            script(one, dimension, grid, newton, f"case{k}")
+            for k, (grid, newton) in enumerate(cases)
+        ),
+        ranks,
+    )
     force, energy, bonds = model(one, dimension)
     pressure = None
     for k, case in enumerate(cases):
@@ -121,7 +143,7 @@ def test_forces_energy_and_broken_bonds_on_any_processor_grid_with_newton_on_and
 def test_grains_across_periodic_boundaries(ranks, mpi, rng):
     """The heap shifted so that every boundary cuts grains, in a box that it nearly fills."""
     one = heap(rng, 3)
-    force, energy, bonds = model(one, 3)
+    force, _, bonds = model(one, 3)
     low = one.x.min(axis=0)
     shift = np.array([5.0, 8.0, 3.0])
     one.box = np.stack([low, low + np.ptp(one.x, axis=0) + 3.0], axis=1)
@@ -129,8 +151,12 @@ def test_grains_across_periodic_boundaries(ranks, mpi, rng):
     one.x, one.reference = one.x + shift, one.reference + shift
     one.write(mpi.folder / "heap.data")
     cases = [(grid, newton) for grid in GRIDS[ranks] for newton in ("on", "off")]
-    mpi("\n".join(script(one, 3, grid, newton, f"case{k}")
-                  for k, (grid, newton) in enumerate(cases)), ranks)
+    mpi(
+        "\n".join(
+            script(one, 3, grid, newton, f"case{k}") for k, (grid, newton) in enumerate(cases)
+        ),
+        ranks,
+    )
     for k, case in enumerate(cases):
         (frame,) = read_dump(mpi.folder / f"case{k}.dump")
         # differences of coordinates up to 15 wrap around: rounding of 2e-15 over extensions of 0.05
@@ -144,8 +170,11 @@ def test_grains_across_periodic_boundaries(ranks, mpi, rng):
 def test_tiled_communication_after_load_balancing(ranks, mpi, rng):
     one = heap(rng, 2)
     one.write(mpi.folder / "heap.data")
-    mpi(script(one, 2, "", "on", "tiled", tiled=True)
-        + script(one, 2, "", "off", "tiledoff", tiled=True), ranks)
+    mpi(
+        script(one, 2, "", "on", "tiled", tiled=True)
+        + script(one, 2, "", "off", "tiledoff", tiled=True),
+        ranks,
+    )
     force, _, bonds = model(one, 2)
     for name in ("tiled", "tiledoff"):
         (frame,) = read_dump(mpi.folder / f"{name}.dump")
@@ -217,9 +246,11 @@ def test_many_steps_with_migration_end_in_the_same_state(tiled, mpi, rng):
     extra = REBUILD + ("\nfix even all balance 50 1.05 rcb" if tiled else "")
     mpi(script(one, 2, "1 1 1", "on", "alone", steps=400, extra=REBUILD), 1)
     for ranks, grid in ((2, "2 1 1"), (4, "2 2 1")):
-        mpi(script(one, 2, grid, "on", f"on{ranks}", steps=400, tiled=tiled, extra=extra)
+        mpi(
+            script(one, 2, grid, "on", f"on{ranks}", steps=400, tiled=tiled, extra=extra)
             + script(one, 2, grid, "off", f"off{ranks}", steps=400, tiled=tiled, extra=extra),
-            ranks)
+            ranks,
+        )
     (alone,) = read_dump(mpi.folder / "alone.last")
     assert np.abs(alone["x y z"] - one.x).max() > 3.0  # they did travel
     assert alone["c_node[1]"].mean() > 0.02  # and break

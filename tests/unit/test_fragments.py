@@ -73,6 +73,20 @@ def test_a_partly_broken_grain_equals_the_numpy_model_of_bonds_and_contact(simul
     assert touched > 10
 
 
+def test_distant_nodes_of_one_grain_touch_at_the_contact_radius_when_it_folds(simulation):
+    """Two pairs of nodes of one molecule, ten apart in the reference: R > radius, d_c = radius."""
+    reference = np.array([[0.0, 0, 0], [1, 0, 0], [11, 0, 0], [12, 0, 0]])
+    one = cloud(reference, dimension=2)
+    folded = reference - np.array([[0.0, 0, 0], [0, 0, 0], [9.1, 0, 0], [9.1, 0, 0]])
+    sim = (
+        simulation()
+        .load(one.moved(folded), dimension=2)
+        .commands(both_script(replace(SOLID, horizon=1.5), LAW) + "run 0 post no")
+    )
+    push = LAW.stiffness * (LAW.radius - 0.9)
+    assert sim.atoms("f")[:, 0] == pytest.approx([0, -push, push, 0], abs=1e-12)
+
+
 def test_fragments_no_leaves_nodes_of_one_grain_alone(simulation, rng):
     one = ragged(rng, (6, 6))
     x = deformed(rng, one, 0.25, 2)

@@ -36,9 +36,7 @@ def test_dilatation_and_weighted_volume(case):
             largest = np.abs(state.theta[mine]).max()
             if largest > 1e-8:  # smaller ones are rounding of coordinates: 1e-16 / 1e-8 = 1e-8
                 compared += 1
-                np.testing.assert_allclose(
-                    theta, state.theta[mine], rtol=0, atol=1e-9 * largest
-                )
+                np.testing.assert_allclose(theta, state.theta[mine], rtol=0, atol=1e-9 * largest)
     assert compared >= 3
 
 
@@ -81,8 +79,6 @@ def test_force_density_through_contact():
         # multiplied by K/horizon^2 ~ 6e13 in bonds and by k_N V ~ 4e16 in a contact, beside
         # densities of 1.2e4 (weight) and 7e8 (contact)
         stiffest = law.stiffness * state.volume.max() if (contact.normal > 0).any() else 1e15
-        np.testing.assert_allclose(
-            density, theirs, rtol=0, atol=4 * np.spacing(4e-3) * stiffest
-        )
+        np.testing.assert_allclose(density, theirs, rtol=0, atol=4 * np.spacing(4e-3) * stiffest)
         assert np.abs(theirs).max() >= 1.2e4
     assert touched >= 2

@@ -1,14 +1,15 @@
 """A disc pulled at two corners, node by node against the states the PeriDEM library recorded.
 
 PeriDEM steps with symplectic Euler: v += dt f/rho, then u += dt v, then f(u).  LAMMPS steps with
-velocity Verlet: v += dt f/2m, x += dt v, f(x), v += dt f/2m.  Call w the velocity LAMMPS has between
-its half kicks.  From one step to the next w += dt f/m and x += dt w, which is PeriDEM's sequence with
-w in the place of its v.  So the two agree step by step when LAMMPS starts with PeriDEM's velocity
-plus half a kick, v_LAMMPS = v_PeriDEM + dt f(0)/2m, and their velocities differ by half a kick in
-every dump.  Here the disc starts at rest, whole and unloaded: the first half kick is zero.
+velocity Verlet: v += dt f/2m, x += dt v, f(x), v += dt f/2m.  Call w the velocity LAMMPS has
+between its half kicks.  From one step to the next w += dt f/m and x += dt w, which is PeriDEM's
+sequence with w in the place of its v.  So the two agree step by step when LAMMPS starts with
+PeriDEM's velocity plus half a kick, v_LAMMPS = v_PeriDEM + dt f(0)/2m, and their velocities differ
+by half a kick in every dump.  Here the disc starts at rest, whole and unloaded: the first half kick
+is zero.
 
-Displacement conditions are applied after u += dt v and before the forces, u = rate times the time of
-the step that just ended: ``fix move linear`` does the same in its initial_integrate.
+Displacement conditions are applied after u += dt v and before the forces, u = rate times the time
+of the step that just ended: ``fix move linear`` does the same in its initial_integrate.
 """
 
 from __future__ import annotations
