@@ -48,7 +48,8 @@ static constexpr double GROWTH = 1.25;
 
 /* ---------------------------------------------------------------------- */
 
-FixPeridemBonds::FixPeridemBonds(LAMMPS *lmp, int narg, char **arg) : Fix(lmp, narg, arg)
+FixPeridemBonds::FixPeridemBonds(LAMMPS *lmp, int narg, char **arg) :
+    Fix(lmp, narg, arg), stability(lmp)
 {
   if (!atom->style_match("peridem"))
     error->all(FLERR, 2, "Fix {} requires atom style peridem; the atom style is {}", style,
@@ -186,6 +187,21 @@ void FixPeridemBonds::require_ghost_cutoff(double need, bool at_init)
   comm->cutghostuser = cutghost_set = need;
   if (comm->me == 0)
     utils::logmesg(lmp, "PERIDEM: ghost cutoff set to {:.6g}, which the longest bonds need\n", need);
+}
+
+/* ----------------------------------------------------------------------
+   a time step that somebody chose by hand may be too long
+------------------------------------------------------------------------- */
+
+void FixPeridemBonds::setup(int)
+{
+  if (update->whichflag != 1 || modify->get_fix_by_style("^peridem/timestep$").size()) return;
+  const auto limits = stability.find();
+  if (update->dt > limits.stable && comm->me == 0)
+    error->warning(FLERR,
+                   "The time step {:.4g} is longer than the largest stable one, {:.4g} (bonds alone "
+                   "{:.4g}, contacts alone {:.4g}): use fix peridem/timestep or a smaller timestep",
+                   update->dt, limits.stable, limits.bonds, limits.contacts);
 }
 
 /* ---------------------------------------------------------------------- */
@@ -601,7 +617,7 @@ void FixPeridemBonds::lost_partner(int i, tagint jtag)
   error->one(FLERR,
              "Node {} of grain {} is bonded to node {}, which is neither on this rank nor among its "
              "ghosts: it was deleted or lost, or moved further than the ghost cutoff {:.6g} "
-             "(comm_modify cutoff)",
+             "(comm_modify cutoff), as when the time step is unstable",
              atom->tag[i], atom->molecule[i], jtag,
              MAX(comm->cutghostuser, neighbor->cutneighmax));
 }

@@ -20,6 +20,7 @@ FixStyle(peridem/bonds,FixPeridemBonds);
 
 #include "fix.h"
 #include "peridem_influence.h"
+#include "peridem_stability.h"
 
 #include <utility>
 #include <vector>
@@ -40,6 +41,7 @@ class FixPeridemBonds : public Fix {
   ~FixPeridemBonds() override;
   int setmask() override;
   void init() override;
+  void setup(int) override;
   void setup_pre_exchange() override;
   void setup_post_neighbor() override;
   void pre_exchange() override;
@@ -109,6 +111,7 @@ class FixPeridemBonds : public Fix {
   double cutghost_set{0.0};                     // ghost cutoff that this fix has asked for
   bigint natoms_seen{-1};
   bool weights_stale{true};
+  PeridemStability stability;
   enum { WVOLUME, UNBUILT } comm_mode{WVOLUME};
 
   const PeridemMaterial *material(int itype, int jtype) const;

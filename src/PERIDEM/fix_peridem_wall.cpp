@@ -159,6 +159,7 @@ void FixPeridemWall::init()
   const auto *contact =
       dynamic_cast<PairPeridemContact *>(lmp->force->pair_match("peridem/contact", 1));
   const auto spacings = PeridemGrains::spacings(lmp);
+  extremes = PeridemGrains::extremes(lmp);
   const int ntypes = atom->ntypes;
   std::vector<int> used(ntypes + 1, 0);
   for (int i = 0; i < atom->nlocal; i++)
@@ -326,6 +327,35 @@ void FixPeridemWall::min_post_force(int vflag)
 void FixPeridemWall::post_force_respa(int vflag, int ilevel, int)
 {
   if (ilevel == ilevel_respa) post_force(vflag);
+}
+
+/* ----------------------------------------------------------------------
+   a node in a corner touches as many walls as there are dimensions, one spring in each direction
+------------------------------------------------------------------------- */
+
+double FixPeridemWall::largest_frequency_sq() const
+{
+  double largest = 0.0;
+  for (int t = 1; t <= atom->ntypes; t++) {
+    if (laws[t].radius == 0.0 || extremes.largest[t] == 0.0) continue;
+    const double k = laws[t].spring(extremes.smallest[t], extremes.smallest[t]);
+    largest = MAX(largest, k / extremes.lightest[t]);
+  }
+  return largest;
+}
+
+/* ---------------------------------------------------------------------- */
+
+double FixPeridemWall::largest_dashpot_ratio() const
+{
+  double largest = 0.0;
+  for (int t = 1; t <= atom->ntypes; t++) {
+    if (laws[t].radius == 0.0 || extremes.largest[t] == 0.0) continue;
+    const double k = laws[t].spring(extremes.smallest[t], extremes.smallest[t]);
+    const double beta = laws[t].dashpot(k, extremes.heaviest_grain[t]);
+    largest = MAX(largest, beta / (2.0 * std::sqrt(k * extremes.lightest[t])));
+  }
+  return largest;
 }
 
 /* ---------------------------------------------------------------------- */

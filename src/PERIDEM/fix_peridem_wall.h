@@ -20,6 +20,7 @@ FixStyle(peridem/wall,FixPeridemWall);
 
 #include "fix.h"
 #include "peridem_contact_law.h"
+#include "peridem_grains.h"
 
 #include <vector>
 
@@ -54,6 +55,10 @@ class FixPeridemWall : public Fix {
   int maxsize_restart() override { return 4; }
   double memory_usage() override;
 
+  // bounds over all nodes that can touch the wall
+  double largest_frequency_sq() const;
+  double largest_dashpot_ratio() const;
+
  private:
   double point[3]{0.0, 0.0, 0.0};       // of the plane, when the fix was made
   double normal[3]{0.0, 0.0, 0.0};      // unit vector to the side where the grains are
@@ -61,6 +66,7 @@ class FixPeridemWall : public Fix {
   double shift[3]{0.0, 0.0, 0.0};       // how far the plane has moved
   PeridemContactGiven given;
   std::vector<PeridemContactLaw> laws;    // by node type
+  PeridemGrains::Extremes extremes;
   std::vector<double> grain_mass;         // by molecule-ID, if restitution needs it
   double **slip{nullptr};                 // tangential spring of each owned node at the wall
   bool advance{true};

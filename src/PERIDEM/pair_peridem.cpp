@@ -19,13 +19,16 @@
 
 #include "atom.h"
 #include "comm.h"
+#include "domain.h"
 #include "error.h"
 #include "force.h"
 #include "memory.h"
 #include "modify.h"
 #include "pair_hybrid.h"
+#include "peridem_lanczos.h"
 
 #include <algorithm>
+#include <cmath>
 #include <cstring>
 
 using namespace LAMMPS_NS;
@@ -37,6 +40,7 @@ PairPeridem::PairPeridem(LAMMPS *lmp, const char *_name) : Pair(lmp), name(_name
   single_enable = 0;
   restartinfo = 1;
   manybody_flag = 1;
+  comm_forward = 3;    // the most that to_ghosts() sends
   no_virial_fdotr_compute = 1;    // bonds of owned nodes only: the virial is tallied bond by bond
 }
 
@@ -110,6 +114,7 @@ void PairPeridem::coeff(int narg, char **arg)
   for (int i = ilo; i <= ihi; i++)
     if (i >= jlo && i <= jhi) one_type = true;
   const PeridemMaterial mat = parser.parse(narg - 2, arg + 2, one_type);
+  ncoeff++;
 
   int count = 0;
   for (int i = ilo; i <= ihi; i++)
@@ -213,6 +218,78 @@ double PairPeridem::init_one(int i, int j)
     error->all(FLERR, Error::NOLASTLINE, "Pair style {}: pair_coeff {} {} is not set", name,
                setflag[i][i] ? j : i, setflag[i][i] ? j : i);
   return 0.0;
+}
+
+/* ---------------------------------------------------------------------- */
+
+void PairPeridem::to_ghosts(double *values, int size)
+{
+  comm_values = values;
+  const int most = comm_forward;
+  comm_forward = size;
+  comm->forward_comm(this);
+  comm_forward = most;
+}
+
+/* ---------------------------------------------------------------------- */
+
+int PairPeridem::pack_forward_comm(int n, int *list, double *buf, int, int *)
+{
+  int m = 0;
+  for (int i = 0; i < n; i++)
+    for (int k = 0; k < comm_forward; k++) buf[m++] = comm_values[comm_forward * list[i] + k];
+  return m;
+}
+
+/* ---------------------------------------------------------------------- */
+
+void PairPeridem::unpack_forward_comm(int n, int first, double *buf)
+{
+  for (int m = 0; m < comm_forward * n; m++) comm_values[comm_forward * first + m] = buf[m];
+}
+
+/* ----------------------------------------------------------------------
+   largest eigenvalue of M^-1/2 K M^-1/2
+------------------------------------------------------------------------- */
+
+double PairPeridem::largest_frequency_sq()
+{
+  const int nlocal = atom->nlocal, nall = nlocal + atom->nghost;
+  const int dim = domain->dimension;
+  std::vector<double> u(3 * nall, 0.0), f(3 * nlocal), root(nlocal), start(3 * nlocal, 0.0);
+  for (int i = 0; i < nlocal; i++) {
+    root[i] = std::sqrt(atom->rmass[i]);
+    if (!covers(atom->type[i])) continue;
+    // a start that does not depend on how nodes are spread over processors
+    for (int k = 0; k < dim; k++) start[3 * i + k] = std::sin(1.0 + 12.9898 * (3.0 * atom->tag[i] + k));
+  }
+
+  auto apply = [&](const std::vector<double> &in, std::vector<double> &out) {
+    for (int i = 0; i < nlocal; i++)
+      for (int k = 0; k < 3; k++) u[3 * i + k] = in[3 * i + k] / root[i];
+    to_ghosts(u.data(), 3);
+    apply_stiffness(u, f);
+    for (int i = 0; i < nlocal; i++)
+      for (int k = 0; k < 3; k++) out[3 * i + k] = -f[3 * i + k] / root[i];
+  };
+  auto dot = [&](const std::vector<double> &a, const std::vector<double> &b) {
+    double mine = 0.0, all;
+    for (std::size_t i = 0; i < a.size(); i++) mine += a[i] * b[i];
+    MPI_Allreduce(&mine, &all, 1, MPI_DOUBLE, MPI_SUM, world);
+    return all;
+  };
+  return PeridemLanczos::largest_eigenvalue(start, apply, dot);
+}
+
+/* ---------------------------------------------------------------------- */
+
+double PairPeridem::largest_viscous_time() const
+{
+  double largest = 0.0;
+  for (int i = 1; i <= ntypes; i++)
+    if (covers(i))
+      largest = MAX(largest, own_material(i).viscosity / own_material(i).shear);
+  return largest;
 }
 
 /* ---------------------------------------------------------------------- */

@@ -55,6 +55,15 @@ class PairPeridem : public Pair {
   virtual double dilatation(int) const = 0;
   virtual double strain_energy(int) const = 0;
 
+  // largest squared frequency of the bonds, in units of force / (length mass); collective
+  double largest_frequency_sq();
+  // largest ratio of viscosity to shear modulus
+  double largest_viscous_time() const;
+  int coeff_version() const { return ncoeff; }
+
+  int pack_forward_comm(int, int *, double *, int, int *) override;
+  void unpack_forward_comm(int, int, double *) override;
+
   // energy that went with broken bonds on this rank since the style was made
   double broken_energy{0.0};
 
@@ -66,8 +75,17 @@ class PairPeridem : public Pair {
 
   std::size_t index(int itype, int jtype) const { return itype * (ntypes + 1) + jtype; }
 
+  // linear response of the bonds at the present positions: force on owned nodes from small
+  // displacements u of owned and ghost nodes
+  virtual void apply_stiffness(const std::vector<double> &u, std::vector<double> &force) = 0;
+
+  // send per-node values, size of them for each node, from owned nodes to their ghosts
+  void to_ghosts(double *values, int size);
+
  private:
   int ntypes{0};
+  int ncoeff{0};    // counts the pair_coeff commands
+  double *comm_values{nullptr};
   std::vector<PeridemMaterial> given, mixed;
 
   void allocate();

@@ -160,6 +160,7 @@ void PairPeridemContact::init_style()
                atom->get_style());
 
   const auto spacings = PeridemGrains::spacings(lmp);
+  extremes = PeridemGrains::extremes(lmp);
   any_dissipation = false;
   bool any_restitution = false, any_history = false;
   double least = 0.0;
@@ -292,6 +293,7 @@ void PairPeridemContact::pick_candidates()
   const auto fixes = modify->get_fix_by_style("^peridem/bonds$");
   bonds = fixes.empty() ? nullptr : dynamic_cast<FixPeridemBonds *>(fixes[0]);
   broken_seen = 0;
+  list_nlocal = atom->nlocal;
 
   const tagint *const mol = atom->molecule;
   const int *const type = atom->type;
@@ -485,6 +487,71 @@ double PairPeridemContact::effective_grain_mass(int i, int j) const
   const double mi = mol[i] ? grain_mass[mol[i]] : atom->rmass[i];
   const double mj = mol[j] ? grain_mass[mol[j]] : atom->rmass[j];
   return mi * mj / (mi + mj);
+}
+
+/* ----------------------------------------------------------------------
+   Gershgorin's bound: twice the sum of the springs at a node over its mass. A node is taken to
+   touch two others at a time in 2d, three in 3d.
+------------------------------------------------------------------------- */
+
+double PairPeridemContact::largest_frequency_sq() const
+{
+  double largest = 0.0;
+  const double most = domain->dimension;    // nodes touched at a time
+  for (int i = 1; i <= ntypes; i++)
+    for (int j = 1; j <= ntypes; j++) {
+      const auto &law = laws[index(i, j)];
+      if (law.radius == 0.0 || extremes.largest[i] == 0.0 || extremes.largest[j] == 0.0) continue;
+      // the lightest node of type i against the largest of type j
+      const double k = law.spring(extremes.smallest[i], extremes.largest[j]);
+      largest = MAX(largest, 2.0 * most * k / extremes.lightest[i]);
+    }
+
+  // the contacts that are there now
+
+  std::vector<double> sum(atom->nlocal + atom->nghost, 0.0);
+  double **x = atom->x;
+  auto add = [&](int i, int j, double distance) {
+    double rsq = 0.0;
+    for (int m = 0; m < 3; m++) rsq += (x[j][m] - x[i][m]) * (x[j][m] - x[i][m]);
+    if (rsq >= distance * distance) return;
+    const double k =
+        laws[index(atom->type[i], atom->type[j])].spring(atom->vfrac[i], atom->vfrac[j]);
+    sum[i] += k;
+    sum[j] += k;
+  };
+  if (indices_valid()) {
+    for (std::size_t row = 0; row < row_node.size(); row++)
+      for (int k = row_first[row]; k < row_first[row + 1]; k++) {
+        const int i = row_node[row], j = candidates[k];
+        add(i, j, laws[index(atom->type[i], atom->type[j])].radius);
+      }
+    for (const auto &pair : fragments) add(pair.i, pair.j, pair.distance);
+  }
+  for (int i = 0; i < atom->nlocal; i++) largest = MAX(largest, 2.0 * sum[i] / atom->rmass[i]);
+  MPI_Allreduce(MPI_IN_PLACE, &largest, 1, MPI_DOUBLE, MPI_MAX, world);
+  return largest;
+}
+
+/* ----------------------------------------------------------------------
+   dashpot over 2 sqrt(spring mass) for the lightest nodes of the heaviest grains
+------------------------------------------------------------------------- */
+
+double PairPeridemContact::largest_dashpot_ratio() const
+{
+  double largest = 0.0;
+  const double most = domain->dimension;
+  for (int i = 1; i <= ntypes; i++)
+    for (int j = 1; j <= ntypes; j++) {
+      const auto &law = laws[index(i, j)];
+      if (law.radius == 0.0 || extremes.largest[i] == 0.0 || extremes.largest[j] == 0.0) continue;
+      const double mi = extremes.lightest[i], mj = extremes.lightest[j];
+      const double Mi = extremes.heaviest_grain[i], Mj = extremes.heaviest_grain[j];
+      const double k = law.spring(extremes.smallest[i], extremes.smallest[j]);
+      const double beta = law.dashpot(k, Mi * Mj / (Mi + Mj));
+      largest = MAX(largest, std::sqrt(most) * beta / (2.0 * std::sqrt(k * mi * mj / (mi + mj))));
+    }
+  return largest;
 }
 
 /* ---------------------------------------------------------------------- */

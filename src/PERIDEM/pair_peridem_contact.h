@@ -18,8 +18,10 @@ PairStyle(peridem/contact,PairPeridemContact);
 #ifndef LMP_PAIR_PERIDEM_CONTACT_H
 #define LMP_PAIR_PERIDEM_CONTACT_H
 
+#include "atom.h"
 #include "pair.h"
 #include "peridem_contact_law.h"
+#include "peridem_grains.h"
 
 #include <vector>
 
@@ -50,6 +52,10 @@ class PairPeridemContact : public Pair {
   bool covers(int itype) const { return !given.empty() && setflag[itype][itype]; }
   const PeridemContactGiven &own(int itype) const { return given[index(itype, itype)]; }
 
+  // bounds over the contacts that are and the stiffest that can be; collective
+  double largest_frequency_sq() const;
+  double largest_dashpot_ratio() const;
+
   // tangential springs, for the fix that carries them along with the nodes
   bool springs_live() const { return live; }
   void rest_springs() { live = false; }
@@ -79,6 +85,7 @@ class PairPeridemContact : public Pair {
   std::vector<int> row_node, row_first, candidates;
   std::vector<FragmentPair> fragments;
   std::size_t broken_seen{0};
+  int list_nlocal{-1};    // owned nodes when the candidates were picked
 
   // tangential springs: slip of the other node and whether the pair touched at the last step
   struct Spring {
@@ -96,7 +103,10 @@ class PairPeridemContact : public Pair {
   bool live{false};    // the springs here are newer than those of the fix
   bool advance{true};
 
+  PeridemGrains::Extremes extremes;
+
   std::size_t index(int itype, int jtype) const { return itype * (ntypes + 1) + jtype; }
+  bool indices_valid() const { return list_nlocal == atom->nlocal; }
   void allocate();
   void pick_candidates();
   void add_fragment(int i, int j);

@@ -39,10 +39,7 @@ static constexpr double TINY = 1.0e-300;
 
 /* ---------------------------------------------------------------------- */
 
-PairPeridemLPS::PairPeridemLPS(LAMMPS *lmp) : PairPeridem(lmp, "peridem/lps")
-{
-  comm_forward = 1;
-}
+PairPeridemLPS::PairPeridemLPS(LAMMPS *lmp) : PairPeridem(lmp, "peridem/lps") {}
 
 /* ---------------------------------------------------------------------- */
 
@@ -97,7 +94,7 @@ void PairPeridemLPS::compute(int eflag, int vflag)
     dilatation_pass<true>();
   else
     dilatation_pass<false>();
-  comm->forward_comm(this);
+  to_ghosts(pressure, 1);
 
   if (any_viscous) {
     if (evflag)
@@ -366,19 +363,51 @@ template <bool VISCOUS> void PairPeridemLPS::force_pass_tally()
   }
 }
 
-/* ---------------------------------------------------------------------- */
+/* ----------------------------------------------------------------------
+   the force law, linearised in the displacements u: bonds change length by n (u_j - u_i)
+------------------------------------------------------------------------- */
 
-int PairPeridemLPS::pack_forward_comm(int n, int *list, double *buf, int, int *)
+void PairPeridemLPS::apply_stiffness(const std::vector<double> &u, std::vector<double> &force)
 {
-  for (int m = 0; m < n; m++) buf[m] = pressure[list[m]];
-  return n;
-}
+  const int nlocal = atom->nlocal, nall = nlocal + atom->nghost;
+  double **x = atom->x;
+  auto extension = [&](int i, int j, double *n) {
+    double rsq = TINY, e = 0.0;
+    for (int m = 0; m < 3; m++) {
+      n[m] = x[j][m] - x[i][m];
+      rsq += n[m] * n[m];
+    }
+    for (int m = 0; m < 3; m++) {
+      n[m] /= std::sqrt(rsq);
+      e += n[m] * (u[3 * j + m] - u[3 * i + m]);
+    }
+    return e;
+  };
 
-/* ---------------------------------------------------------------------- */
+  std::vector<double> p(nall, 0.0);
+  double n[3];
+  for (int i = 0; i < nlocal; i++) {
+    const double m = bonds->wvolume[i];
+    if (!(m > 0.0)) continue;
+    double sum = 0.0;
+    for (bigint k = bonds->start[i]; k < bonds->start[i] + bonds->num[i]; k++)
+      sum += bonds->weight[k] * bonds->length[k] * extension(i, bonds->partner[k], n);
+    const auto &own = material(atom->type[i], atom->type[i]);
+    p[i] = own.dilatation_modulus() * own.dim() * sum / (m * m * atom->vfrac[i]);
+  }
+  to_ghosts(p.data(), 1);
 
-void PairPeridemLPS::unpack_forward_comm(int n, int first, double *buf)
-{
-  for (int m = 0; m < n; m++) pressure[first + m] = buf[m];
+  for (int i = 0; i < nlocal; i++) {
+    double *const f = &force[3 * i];
+    f[0] = f[1] = f[2] = 0.0;
+    for (bigint k = bonds->start[i]; k < bonds->start[i] + bonds->num[i]; k++) {
+      const int j = bonds->partner[k];
+      const double e = extension(i, j, n);
+      const double t = bonds->weight[k] *
+          ((p[i] + p[j]) * bonds->length[k] + (stiffness[i] + stiffness[j]) * e);
+      for (int m = 0; m < 3; m++) f[m] += t * n[m];
+    }
+  }
 }
 
 /* ---------------------------------------------------------------------- */

@@ -33,11 +33,12 @@ class PairPeridemLPS : public PairPeridem {
   ~PairPeridemLPS() override;
   void init_style() override;
   void compute(int, int) override;
-  int pack_forward_comm(int, int *, double *, int, int *) override;
-  void unpack_forward_comm(int, int, double *) override;
   double dilatation(int i) const override { return theta ? theta[i] : 0.0; }
   double strain_energy(int) const override;
   double memory_usage() override;
+
+ protected:
+  void apply_stiffness(const std::vector<double> &, std::vector<double> &) override;
 
  private:
   int nmax{0};

@@ -53,6 +53,33 @@ std::vector<double> PeridemGrains::masses(LAMMPS *lmp)
   return mass;
 }
 
+/* ---------------------------------------------------------------------- */
+
+PeridemGrains::Extremes PeridemGrains::extremes(LAMMPS *lmp)
+{
+  const auto *atom = lmp->atom;
+  const int n = atom->ntypes + 1;
+  const auto mass = masses(lmp);
+  Extremes ex;
+  ex.lightest.assign(n, BIG);
+  ex.smallest.assign(n, BIG);
+  ex.largest.assign(n, 0.0);
+  ex.heaviest_grain.assign(n, 0.0);
+  for (int i = 0; i < atom->nlocal; i++) {
+    const int t = atom->type[i];
+    const tagint mol = atom->molecule[i];
+    ex.lightest[t] = std::min(ex.lightest[t], atom->rmass[i]);
+    ex.smallest[t] = std::min(ex.smallest[t], atom->vfrac[i]);
+    ex.largest[t] = std::max(ex.largest[t], atom->vfrac[i]);
+    ex.heaviest_grain[t] = std::max(ex.heaviest_grain[t], mol ? mass[mol] : atom->rmass[i]);
+  }
+  MPI_Allreduce(MPI_IN_PLACE, ex.lightest.data(), n, MPI_DOUBLE, MPI_MIN, lmp->world);
+  MPI_Allreduce(MPI_IN_PLACE, ex.smallest.data(), n, MPI_DOUBLE, MPI_MIN, lmp->world);
+  MPI_Allreduce(MPI_IN_PLACE, ex.largest.data(), n, MPI_DOUBLE, MPI_MAX, lmp->world);
+  MPI_Allreduce(MPI_IN_PLACE, ex.heaviest_grain.data(), n, MPI_DOUBLE, MPI_MAX, lmp->world);
+  return ex;
+}
+
 /* ----------------------------------------------------------------------
    every grain is brought together on one rank, so that the answer does not depend on how nodes
    are spread over processors

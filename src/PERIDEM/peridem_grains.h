@@ -23,6 +23,13 @@ class PeridemGrains {
   // mass of every grain, by molecule-ID (element 0, no grain, is 0); the same on all ranks
   static std::vector<double> masses(class LAMMPS *);
 
+  // by type: the lightest node, smallest and largest cell, heaviest grain; infinite or 0 where a
+  // type has no nodes
+  struct Extremes {
+    std::vector<double> lightest, smallest, largest, heaviest_grain;
+  };
+  static Extremes extremes(class LAMMPS *);
+
   // by type: the smallest reference distance of a node of that type to another node of its grain;
   // a type whose nodes are alone in their grains gets the size of its smallest cell, V^(1/d);
   // 0 where a type has no nodes

@@ -1,0 +1,108 @@
+/* ----------------------------------------------------------------------
+   LAMMPS - Large-scale Atomic/Molecular Massively Parallel Simulator
+   https://www.lammps.org/, Sandia National Laboratories
+   LAMMPS development team: developers@lammps.org
+
+   This file is part of PERIDEM, a package for LAMMPS.  It is distributed
+   under the GNU General Public License, version 2.
+
+   See the README file in the top-level LAMMPS directory.
+------------------------------------------------------------------------- */
+
+/* ----------------------------------------------------------------------
+   Contributing author: the PERIDEM developers
+------------------------------------------------------------------------- */
+
+#include "peridem_stability.h"
+
+#include "fix_peridem_wall.h"
+#include "pair_peridem.h"
+#include "pair_peridem_contact.h"
+
+#include "atom.h"
+#include "error.h"
+#include "force.h"
+#include "modify.h"
+
+#include <cmath>
+#include <limits>
+
+using namespace LAMMPS_NS;
+
+static constexpr double INFINITE = std::numeric_limits<double>::infinity();
+
+// a dashpot ratio above this shortens the step by more than a third: then dashpots are named
+static constexpr double MATTERS = 0.43;
+
+/* ---------------------------------------------------------------------- */
+
+PeridemStability::PeridemStability(LAMMPS *lmp) : Pointers(lmp) {}
+
+/* ---------------------------------------------------------------------- */
+
+const char *PeridemStability::Limits::ruling() const
+{
+  const double undamped = 1.0 / std::sqrt(1.0 / (bonds * bonds) + 1.0 / (contacts * contacts));
+  if (stable < undamped * (std::sqrt(1.0 + MATTERS * MATTERS) - MATTERS)) return "dashpots";
+  return bonds <= contacts ? "bonds" : "contacts";
+}
+
+/* ----------------------------------------------------------------------
+   Velocity Verlet is stable up to 2/omega. Stiffnesses add, so their squared frequencies bound the
+   sum: omega^2 <= omega_bonds^2 + omega_contacts^2. With a dashpot of ratio z that acts on
+   velocities half a step old the limit is 2 (sqrt(1 + z^2) - z) / omega.
+------------------------------------------------------------------------- */
+
+PeridemStability::Limits PeridemStability::find()
+{
+  const auto solids = PairPeridem::find_all(lmp);
+  bigint state = atom->natoms;
+  for (const auto *solid : solids) state = 31 * state + solid->coeff_version();
+  if (state != bonds_known) {
+    bond_frequency_sq = 0.0;
+    for (auto *solid : solids)
+      bond_frequency_sq = MAX(bond_frequency_sq, solid->largest_frequency_sq());
+    bonds_known = state;
+  }
+
+  const double bonds_sq = bond_frequency_sq * force->ftm2v;
+  const double contacts_sq = contact_frequency_sq() * force->ftm2v;
+  const double omega = std::sqrt(bonds_sq + contacts_sq);
+  const double z = largest_dashpot_ratio(bonds_sq);
+  const double shorter = std::sqrt(1.0 + z * z) - z;
+
+  Limits limits;
+  limits.bonds = bonds_sq > 0.0 ? 2.0 / std::sqrt(bonds_sq) : INFINITE;
+  limits.contacts = contacts_sq > 0.0 ? 2.0 / std::sqrt(contacts_sq) : INFINITE;
+  limits.stable = omega > 0.0 ? 2.0 * shorter / omega : INFINITE;
+  limits.dashpots = z > 0.0 ? limits.stable : INFINITE;
+  return limits;
+}
+
+/* ---------------------------------------------------------------------- */
+
+double PeridemStability::contact_frequency_sq() const
+{
+  double largest = 0.0;
+  if (auto *contact =
+          dynamic_cast<PairPeridemContact *>(force->pair_match("peridem/contact", 1)))
+    largest = contact->largest_frequency_sq();
+  for (auto *fix : modify->get_fix_by_style("^peridem/wall$"))
+    largest = MAX(largest, dynamic_cast<FixPeridemWall *>(fix)->largest_frequency_sq());
+  return largest;
+}
+
+/* ---------------------------------------------------------------------- */
+
+double PeridemStability::largest_dashpot_ratio(double bonds_sq) const
+{
+  double largest = 0.0;
+  for (auto *solid : PairPeridem::find_all(lmp))
+    largest = MAX(largest, 0.5 * std::sqrt(bonds_sq) * solid->largest_viscous_time());
+  if (auto *contact =
+          dynamic_cast<PairPeridemContact *>(force->pair_match("peridem/contact", 1)))
+    largest = MAX(largest, contact->largest_dashpot_ratio());
+  for (auto *fix : modify->get_fix_by_style("^peridem/wall$"))
+    largest = MAX(largest, dynamic_cast<FixPeridemWall *>(fix)->largest_dashpot_ratio());
+  return largest;
+}

@@ -1,0 +1,50 @@
+/* -*- c++ -*- ----------------------------------------------------------
+   LAMMPS - Large-scale Atomic/Molecular Massively Parallel Simulator
+   https://www.lammps.org/, Sandia National Laboratories
+   LAMMPS development team: developers@lammps.org
+
+   This file is part of PERIDEM, a package for LAMMPS.  It is distributed
+   under the GNU General Public License, version 2.
+
+   See the README file in the top-level LAMMPS directory.
+------------------------------------------------------------------------- */
+
+// The largest stable time step: from the bonds, the contacts and the dashpots.
+
+#ifndef LMP_PERIDEM_STABILITY_H
+#define LMP_PERIDEM_STABILITY_H
+
+#include "pointers.h"
+
+#include <string>
+#include <vector>
+
+namespace LAMMPS_NS {
+
+class PeridemStability : protected Pointers {
+ public:
+  // time steps at which velocity Verlet becomes unstable; infinite where there is nothing to limit
+  struct Limits {
+    double bonds;       // stiffness of the bonds alone
+    double contacts;    // stiffness of the contacts alone
+    double dashpots;    // what damping takes off both together
+    double stable;      // all together
+    const char *ruling() const;    // which of them rules
+  };
+
+  PeridemStability(class LAMMPS *);
+
+  // collective: all ranks call it, after forces have been computed
+  Limits find();
+
+ private:
+  double bond_frequency_sq{-1.0};    // bonds only get softer as they break: found once
+  bigint bonds_known{-1};
+
+  double contact_frequency_sq() const;
+  double largest_dashpot_ratio(double bonds_sq) const;
+};
+
+}    // namespace LAMMPS_NS
+
+#endif
