@@ -17,6 +17,7 @@ SHELL := /bin/bash
 python := $(VENV)/bin/python
 tree := $(if $(LAMMPS_DIR),$(abspath $(LAMMPS_DIR)),$(BUILD)/lammps-src)
 export LAMMPS_LMP := $(abspath $(BUILD)/lmp)
+export PERIDEM_LMP := $(LAMMPS_LMP)
 export MPLBACKEND := Agg
 
 # Containers run as root, and small machines have fewer cores than a test has ranks; Open MPI wants
