@@ -451,7 +451,8 @@ def test_types_of_one_grain_that_differ_in_influence_need_their_own_pair_coeff(s
         simulation()
         .load(one, dimension=2)
         .commands(
-            f"pair_style peridem/lps\npair_coeff 1 1 {GOOD}\npair_coeff 2 2 {GOOD} influence constant"
+            f"pair_style peridem/lps\npair_coeff 1 1 {GOOD}\n"
+            f"pair_coeff 2 2 {GOOD} influence constant"
         )
     )
     fails(sim, "run 0 post no", "differ in influence, volume or break; say with 'pair_coeff 1 2'")
