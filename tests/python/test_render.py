@@ -1,0 +1,136 @@
+"""Pictures and time series, drawn from a scene and a dump made by hand: no LAMMPS needed."""
+
+import re
+import xml.etree.ElementTree as xml
+
+import meshio
+import numpy as np
+import pytest
+import scenes
+from matplotlib import image
+from peridem import render
+from peridem.scene import DUMP, NODE_COLUMNS, WALLS
+
+COLUMNS = "id mol type x y vx vy " + " ".join(f"c_node[{i}]" for i in range(1, 6))
+STEPS = (0, 100, 200)
+
+
+def rows_of(made, shift=0.0, split=0.0, damage=0.0):
+    """Rows of a dump: all moved down by ``shift``, grain 1 torn open at its middle by ``split``."""
+    rows = []
+    for number, grain in enumerate(made.grains, 1):
+        x = grain.cloud.nodes.copy()
+        x[:, 1] -= shift
+        right = x[:, 0] > grain.cloud.centroid[0]
+        if number == 1:
+            x[right, 0] += split
+        for node in range(len(x)):
+            near = number == 1 and abs(x[node, 0] - grain.cloud.centroid[0]) < 6e-4
+            value = damage if near else 0.0
+            rows.append([len(rows) + 1, number, 1, *x[node], 0, -2, value, 0, 0, 0, 20])
+    return rows
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    """A finished run of three frames: still, torn open by half a spacing, closed again."""
+    where = tmp_path_factory.mktemp("run")
+    made = scenes.two_grains()
+    made.write(where)
+    frames = [
+        rows_of(made),
+        rows_of(made, 1e-5, 0.5 * scenes.SPACING, 0.5),
+        rows_of(made, 2e-5, 0.0, 0.5),
+    ]
+    scenes.write_dump(where / DUMP, list(zip(STEPS, frames, strict=True)), COLUMNS)
+    step = made._timestep()[0]
+    names = [f"f_{w.name}[{k}]" for w in made.walls for k in (1, 2)]
+    with (where / WALLS).open("w") as file:
+        file.write("# Time-averaged data for fix walls\n")
+        file.write(f"# TimeStep v_lid_travel {' '.join(names)}\n")
+        for n in range(1, 101):
+            travel = 2.0 * (2 * n) * step
+            file.write(f"{2 * n} {travel:.9g} 0 {-n} 0 0 0 0 0 {n}\n")
+    return where
+
+
+def test_a_torn_grain_is_in_two_pieces_and_stays_so(folder):
+    output = render.Output(folder)
+    whole, torn, closed = (output.intact_cells(i) for i in range(3))
+    assert len(whole) == len(output.cells)
+    assert 0 < len(torn) < len(whole)
+    assert (closed == torn).all()  # bonds that broke do not come back when the crack closes
+    # no cell bridges the middle of grain 1, all cells away from it are there
+    middle = 1e-3
+    x = output.reference[:, 0]
+    first = output.cells[(output.cells < output.cells[-1].min()).all(axis=1)]
+    assert len(first) > 0
+    for cell in torn:
+        if cell.max() < 60 and output.reference[cell, 1].max() < 1.9e-3:
+            assert (x[cell] <= middle).all() or (x[cell] > middle).all()
+    spared = np.abs(x[whole] - middle).min(axis=1) > 1.01 * scenes.SPACING
+    kept = {tuple(cell) for cell in torn}
+    assert all(tuple(cell) in kept for cell in whole[spared])
+
+
+def test_picture_shows_the_grains(folder, tmp_path):
+    path = render.grains_png(folder, tmp_path / "grains.png")
+    pixels = image.imread(path)[..., :3]
+    assert pixels.shape[0] > 500 and pixels.shape[1] > 1000
+    assert share(pixels, render.INTACT) > 0.1 and share(pixels, render.WALL) > 0.02
+    whole, torn = (
+        image.imread(render.grains_png(folder, tmp_path / f"{i}.png", frames=[i]))[..., :3]
+        for i in (0, 1)
+    )
+    # half the nodes of one of two grains are damaged in the second frame
+    assert share(torn, render.INTACT) < 0.85 * share(whole, render.INTACT)
+
+
+def share(pixels, colour):
+    """Part of the pixels that have a colour, each channel within two of 255 steps."""
+    wanted = np.array([int(colour[k : k + 2], 16) / 255 for k in (1, 3, 5)])
+    return (np.abs(pixels - wanted).max(axis=2) < 2.5 / 255).mean()
+
+
+def test_wall_pressure_is_force_over_width(folder, tmp_path):
+    travel, pressure = render.wall_stress(folder)
+    # the box is 2 mm wide; the record holds 1 .. 100 N per m of thickness
+    assert pressure == pytest.approx(np.arange(1, 101) / 2e-3)
+    assert (np.diff(travel) > 0.0).all()
+    path = render.stress_png(folder, tmp_path / "stress.png")
+    assert image.imread(path)[..., :3].std() > 0.05
+    with pytest.raises(ValueError, match="no moving wall 'floor'; there are lid"):
+        render.wall_stress(folder, "floor")
+
+
+def test_pvd_lists_frames_that_hold_the_grains(folder, tmp_path):
+    path = render.pvd(folder, tmp_path / "grains.pvd")
+    entries = xml.parse(path).getroot().findall("./Collection/DataSet")
+    output = render.Output(folder)
+    grains = [entry for entry in entries if entry.get("part") == "0"]
+    assert [float(e.get("timestep")) for e in grains] == pytest.approx(
+        [step * output.timestep for step in STEPS]
+    )
+    assert len(entries) == 2 * len(grains)
+    for i, entry in enumerate(grains):
+        mesh = meshio.read(tmp_path / entry.get("file"))
+        frame = output.dump[i]
+        assert mesh.points[:, :2] == pytest.approx(frame.position)
+        assert len(mesh.cells_dict["triangle"]) == len(output.intact_cells(i))
+        assert mesh.point_data["damage"] == pytest.approx(frame["c_node[1]"])
+        assert set(mesh.point_data) == {"grain", "velocity", "displacement", *NODE_COLUMNS}
+        # every point is seen: in a cell, or as a point of its own
+        seen = np.concatenate([block.data.ravel() for block in mesh.cells])
+        assert len(np.unique(seen)) == len(mesh.points)
+
+
+def test_missing_and_foreign_files_are_refused(folder, tmp_path):
+    with pytest.raises(FileNotFoundError, match=r"scene\.json"):
+        render.Output(tmp_path)
+    made = scenes.two_grains()
+    made.write(tmp_path)
+    with pytest.raises(FileNotFoundError, match=re.escape(DUMP)):
+        render.grains_png(tmp_path, tmp_path / "x.png")
+    scenes.write_dump(tmp_path / DUMP, [(0, rows_of(made)[:-1])], COLUMNS)
+    with pytest.raises(ValueError, match="atoms at step 0"):
+        render.Output(tmp_path).intact_cells(0)
