@@ -11,101 +11,16 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from support.clouds import Cloud, deformed, join, ragged
-from support.oracle import (
-    Contact,
-    Solid,
-    bond_state,
-    break_bonds,
-    contact_pairs,
-    contact_state,
-    families,
-    intact_bonds,
-)
-from support.runs import contact_words, header, lps_words, read_dump
+from support.clouds import ragged
+from support.heaps import REBUILD, SOLIDS, SPRINGS, heap, heap_model, heap_script, tumbling
+from support.oracle import bond_state, families, intact_bonds
+from support.runs import header, lps_words, read_dump
 
-SOLIDS = {
-    2: Solid(bulk=3.0, shear=1.2, horizon=2.3, dimension=2, s0=0.05, viscosity=0.3),
-    3: Solid(bulk=3.0, shear=1.2, horizon=2.3, dimension=3, s0=0.05, viscosity=0.3),
-}
-LAW = Contact(radius=0.95, stiffness=5.0, damping=0.4, friction=0.3, tangential=2.0)
 GRIDS = {
     1: ["1 1 1"],
     2: ["2 1 1", "1 2 1", "1 1 2"],
     4: ["4 1 1", "2 2 1", "1 4 1", "1 2 2"],
 }
-WRITE = "id mol x y z vx vy vz fx fy fz c_node[1] c_node[2]"
-
-
-def heap(rng, dimension: int) -> Cloud:
-    """Grains that overlap a little, each deformed enough to lose some bonds."""
-    parts = []
-    places = np.array([[0, 0, 0], [4.6, 0.4, 0.2], [0.3, 4.7, 0.1], [4.9, 5.0, 0.3]])
-    for k, place in enumerate(places):
-        part = ragged(rng, (5, 5) if dimension == 2 else (5, 5, 4), molecule=k + 1)
-        part.reference[:, :dimension] += place[:dimension]
-        part.x = part.reference.copy()
-        parts.append(part)
-    one = join(*parts, margin=2.0)
-    x = deformed(rng, one, 0.07, dimension)
-    v = np.zeros_like(x)
-    v[:, :dimension] = rng.normal(size=(one.n, dimension))
-    return one.moved(x, v)
-
-
-def script(
-    one: Cloud,
-    dimension: int,
-    grid: str,
-    newton: str,
-    name: str,
-    steps: int = 0,
-    tiled: bool = False,
-    extra: str = "",
-    dt: float = 0.01,
-) -> str:
-    balance = "comm_style tiled\nbalance 1.0 rcb" if tiled else ""
-    text = header(
-        one,
-        "heap.data",
-        dimension=dimension,
-        newton=newton,
-        extra="" if tiled else f"processors {grid}",
-    )
-    return (
-        f"clear\n{text}\n"
-        + f"""
-        {balance}
-        pair_style hybrid/overlay peridem/lps peridem/contact
-        pair_coeff * * peridem/lps {lps_words(SOLIDS[dimension])}
-        pair_coeff * * peridem/contact {contact_words(LAW)}
-        compute node all peridem/atom damage bonds
-        fix motion all nve
-        timestep {dt}
-        thermo_style custom step pe press
-        thermo_modify norm no format float %.17g
-        thermo 1000000
-        dump state all custom 1000000 {name}.dump {WRITE}
-        dump_modify state format float %.17g
-        variable energy equal pe
-        variable pressure equal press
-        {extra}
-        run {steps} post no
-        print "${{energy}} ${{pressure}}" file {name}.thermo
-        write_dump all custom {name}.last {WRITE} modify format float %.17g
-        """.replace("\n        ", "\n")
-    )
-
-
-def model(one: Cloud, dimension: int):
-    bonds = families(one.reference, one.volume, one.molecule, SOLIDS[dimension])
-    break_bonds(bonds, one.x)
-    pairs = contact_pairs(one.molecule, one.reference, LAW.radius, bonds)
-    contact = contact_state(LAW, *pairs, one.x, one.v, one.volume)
-    assert (contact.normal > 0).sum() > 5
-    assert 10 < (~bonds.intact).sum() < 0.9 * bonds.count
-    state = bond_state(bonds, one.x, one.v)
-    return state.force + contact.force, state.energy.sum() + contact.energy.sum(), bonds
 
 
 @pytest.mark.parametrize("ranks", [1, 2, 4])
@@ -119,12 +34,12 @@ def test_forces_energy_and_broken_bonds_on_any_processor_grid_with_newton_on_and
     cases = [(grid, newton) for grid in grids for newton in ("on", "off")]
     mpi(
         "\n".join(
-            script(one, dimension, grid, newton, f"case{k}")
+            heap_script(one, dimension, grid, newton, f"case{k}")
             for k, (grid, newton) in enumerate(cases)
         ),
         ranks,
     )
-    force, energy, bonds = model(one, dimension)
+    force, energy, bonds = heap_model(one, dimension)
     pressure = None
     for k, case in enumerate(cases):
         (frame,) = read_dump(mpi.folder / f"case{k}.dump")
@@ -143,7 +58,7 @@ def test_forces_energy_and_broken_bonds_on_any_processor_grid_with_newton_on_and
 def test_grains_across_periodic_boundaries(ranks, mpi, rng):
     """The heap shifted so that every boundary cuts grains, in a box that it nearly fills."""
     one = heap(rng, 3)
-    force, _, bonds = model(one, 3)
+    force, _, bonds = heap_model(one, 3)
     low = one.x.min(axis=0)
     shift = np.array([5.0, 8.0, 3.0])
     one.box = np.stack([low, low + np.ptp(one.x, axis=0) + 3.0], axis=1)
@@ -153,7 +68,7 @@ def test_grains_across_periodic_boundaries(ranks, mpi, rng):
     cases = [(grid, newton) for grid in GRIDS[ranks] for newton in ("on", "off")]
     mpi(
         "\n".join(
-            script(one, 3, grid, newton, f"case{k}") for k, (grid, newton) in enumerate(cases)
+            heap_script(one, 3, grid, newton, f"case{k}") for k, (grid, newton) in enumerate(cases)
         ),
         ranks,
     )
@@ -171,11 +86,11 @@ def test_tiled_communication_after_load_balancing(ranks, mpi, rng):
     one = heap(rng, 2)
     one.write(mpi.folder / "heap.data")
     mpi(
-        script(one, 2, "", "on", "tiled", tiled=True)
-        + script(one, 2, "", "off", "tiledoff", tiled=True),
+        heap_script(one, 2, "", "on", "tiled", tiled=True)
+        + heap_script(one, 2, "", "off", "tiledoff", tiled=True),
         ranks,
     )
-    force, _, bonds = model(one, 2)
+    force, _, bonds = heap_model(one, 2)
     for name in ("tiled", "tiledoff"):
         (frame,) = read_dump(mpi.folder / f"{name}.dump")
         np.testing.assert_allclose(
@@ -219,23 +134,9 @@ run 0 post no
         )
 
 
-def tumbling(rng) -> Cloud:
-    """Grains that fly through the box, hit each other and break."""
-    one = heap(rng, 2)
-    one = one.moved(one.reference)
-    centre = one.x.mean(axis=0)
-    one.v[:] = -0.25 * (one.x - centre)
-    one.v[:, 0] += 0.8
-    one.v[one.molecule == 2] += (-1.0, 0.3, 0.0)
-    one.box[:2] = [[-8.0, 24.0], [-12.0, 16.0]]
-    return one
-
-
-REBUILD = "neigh_modify every 1 delay 0 check yes"
-
-
+@pytest.mark.parametrize("contact", [None, SPRINGS], ids=["regularised friction", "springs"])
 @pytest.mark.parametrize("tiled", [False, True], ids=["brick", "tiled, balanced on the way"])
-def test_many_steps_with_migration_end_in_the_same_state(tiled, mpi, rng):
+def test_many_steps_with_migration_end_in_the_same_state(tiled, contact, mpi, rng):
     """400 steps: grains cross rank boundaries while their bonds break.
 
     Rounding differences of 1e-16 grow by collisions; over this time they stay below 1e-9, far from
@@ -244,11 +145,12 @@ def test_many_steps_with_migration_end_in_the_same_state(tiled, mpi, rng):
     one = tumbling(rng)
     one.write(mpi.folder / "heap.data")
     extra = REBUILD + ("\nfix even all balance 50 1.05 rcb" if tiled else "")
-    mpi(script(one, 2, "1 1 1", "on", "alone", steps=400, extra=REBUILD), 1)
+    mpi(heap_script(one, 2, "1 1 1", "on", "alone", steps=400, extra=REBUILD, contact=contact), 1)
     for ranks, grid in ((2, "2 1 1"), (4, "2 2 1")):
+        run = dict(steps=400, tiled=tiled, extra=extra, contact=contact)
         mpi(
-            script(one, 2, grid, "on", f"on{ranks}", steps=400, tiled=tiled, extra=extra)
-            + script(one, 2, grid, "off", f"off{ranks}", steps=400, tiled=tiled, extra=extra),
+            heap_script(one, 2, grid, "on", f"on{ranks}", **run)
+            + heap_script(one, 2, grid, "off", f"off{ranks}", **run),
             ranks,
         )
     (alone,) = read_dump(mpi.folder / "alone.last")
@@ -286,3 +188,49 @@ write_dump all custom spin{ranks}.last id xu yu zu fx fy fz modify format float 
     assert np.abs(alone["xu yu zu"] - one.x).max() > 19.0  # through the whole box
     # 600 steps of rounding, at coordinates of 20 that wrap: no collisions to magnify it
     np.testing.assert_allclose(four["xu yu zu"], alone["xu yu zu"], rtol=0, atol=1e-10)
+
+
+def test_bonds_that_outgrow_the_ghost_cutoff_on_the_way_are_followed(mpi, rng):
+    """An unbreakable bar pulled to four times its length: bonds of 2 horizons and more."""
+    solid = replace(SOLIDS[2], s0=np.inf, viscosity=0.0)
+    one = ragged(rng, (10, 4), density=1.0)
+    one.v[:, 0] = 0.3 * one.x[:, 0]
+    one.box[:2] = [[-30.0, 30.0], [-12.0, 12.0]]
+    one.write(mpi.folder / "bar.data")
+    for ranks, grid in ((1, "1 1 1"), (4, "4 1 1")):
+        mpi(
+            header(one, "bar.data", dimension=2, extra=f"processors {grid}")
+            + f"""
+pair_style peridem/lps
+pair_coeff * * {lps_words(solid)}
+compute node all peridem/atom bonds
+group ends id {" ".join(str(k + 1) for k in range(one.n) if abs(one.x[k, 0]) > 3.7)}
+fix motion all nve
+fix hold ends setforce 0.0 0.0 0.0
+timestep 0.01
+run 1000 post no
+write_dump all custom bar{ranks}.last id x y z c_node modify format float %.17g
+""",
+            ranks,
+        )
+    (alone,), (four,) = (read_dump(mpi.folder / f"bar{ranks}.last") for ranks in (1, 4))
+    assert np.ptp(alone["x"]) > 3.5 * np.ptp(one.x[:, 0])
+    assert four["c_node"].tolist() == alone["c_node"].tolist()
+    # 1000 steps of rounding in a vibrating bar
+    np.testing.assert_allclose(four["x y z"], alone["x y z"], rtol=0, atol=1e-9)
+
+
+@pytest.mark.parametrize("style", ["shift x 10 1.05", "rcb"])
+def test_fix_balance_moves_nodes_between_ranks_at_any_time(style, mpi, rng):
+    """Balancing exchanges nodes outside the usual moment of reneighbouring."""
+    one = tumbling(rng)
+    one.write(mpi.folder / "heap.data")
+    heap = dict(steps=100, contact=SPRINGS)
+    mpi(heap_script(one, 2, "1 1 1", "on", "alone", extra=REBUILD, **heap), 1)
+    tiled = style == "rcb"
+    extra = f"{REBUILD}\nfix even all balance 10 1.0 {style}"
+    mpi(heap_script(one, 2, "2 1 1", "on", "even", tiled=tiled, extra=extra, **heap), 2)
+    (alone,), (even,) = (read_dump(mpi.folder / f"{name}.last") for name in ("alone", "even"))
+    assert even["c_node[2]"].tolist() == alone["c_node[2]"].tolist()
+    # 100 steps of rounding
+    np.testing.assert_allclose(even["x y z"], alone["x y z"], rtol=0, atol=1e-10)

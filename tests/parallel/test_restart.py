@@ -13,24 +13,23 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from parallel.test_decomposition import LAW, REBUILD, SOLIDS, WRITE, script, tumbling
+from support.heaps import LAW, REBUILD, SOLIDS, SPRINGS, WRITE, heap_script, tumbling
 from support.runs import contact_words, lps_words, read_dump
 
 FIRST, SECOND = 150, 250
 
 
-def go_on(name: str, steps: int, newton: str = "on") -> str:
+def go_on(name: str, steps: int, contact: str) -> str:
     """Read the restart, write the state as read, run on, write the end.
 
     LAMMPS keeps ``pair_style hybrid`` in a restart file, but not the coefficients under it.
     """
     return f"""
 clear
-newton {newton}
 atom_style peridem
 read_restart half.restart
 pair_coeff * * peridem/lps {lps_words(SOLIDS[2])}
-pair_coeff * * peridem/contact {contact_words(LAW)}
+pair_coeff * * peridem/contact {contact}
 neighbor 0.3 bin
 {REBUILD}
 compute node all peridem/atom damage bonds
@@ -46,18 +45,21 @@ write_dump all custom {name}.last {WRITE} modify format float %.17g
 """
 
 
+@pytest.mark.parametrize(
+    "contact", [contact_words(LAW), SPRINGS], ids=["regularised friction", "springs"]
+)
 @pytest.mark.parametrize("writers", [1, 2])
-def test_a_restart_in_the_middle_continues_on_any_number_of_ranks(writers, mpi, rng):
+def test_a_restart_in_the_middle_continues_on_any_number_of_ranks(writers, contact, mpi, rng):
     one = tumbling(rng)
     one.write(mpi.folder / "heap.data")
-    whole = script(one, 2, "1 1 1", "on", "whole", steps=FIRST, extra=REBUILD)
+    whole = heap_script(one, 2, "1 1 1", "on", "whole", steps=FIRST, extra=REBUILD, contact=contact)
     whole += (
         f"\nrun {SECOND} post no\nwrite_dump all custom end.state {WRITE} "
         "modify format float %.17g\n"
     )
     mpi(whole, 1)
     grid = "1 1 1" if writers == 1 else "2 1 1"
-    half = script(one, 2, grid, "on", "half", steps=FIRST, extra=REBUILD)
+    half = heap_script(one, 2, grid, "on", "half", steps=FIRST, extra=REBUILD, contact=contact)
     half += (
         f"\nwrite_restart half.restart\nwrite_dump all custom half.state {WRITE} "
         "modify format float %.17g\n"
@@ -67,7 +69,7 @@ def test_a_restart_in_the_middle_continues_on_any_number_of_ranks(writers, mpi, 
     (end,) = read_dump(mpi.folder / "end.state")
     assert 0.0 < written["c_node[1]"].mean() < end["c_node[1]"].mean()  # broken before and after
     for readers in (1, 2, 4):
-        mpi(go_on(f"read{readers}", SECOND), readers)
+        mpi(go_on(f"read{readers}", SECOND, contact), readers)
         (read,) = read_dump(mpi.folder / f"read{readers}.dump")
         for name in ("mol", "x y z", "vx vy vz", "c_node[1]", "c_node[2]"):
             np.testing.assert_array_equal(read[name], written[name], err_msg=name)
