@@ -71,7 +71,7 @@ void FixPeridemHistory::collect()
   source->store_springs(*this);
   std::size_t most = 0;
   for (const auto &row : rows) most = MAX(most, row.size());
-  maxexchange = 1 + 4 * static_cast<int>(most);
+  maxexchange = 1 + 5 * static_cast<int>(most);
 }
 
 /* ---------------------------------------------------------------------- */
@@ -129,6 +129,7 @@ int FixPeridemHistory::pack_exchange(int i, double *buf)
   for (const auto &spring : rows[i]) {
     buf[m++] = ubuf(spring.tag).d;
     for (double slip : spring.slip) buf[m++] = slip;
+    buf[m++] = spring.peak;
   }
   return m;
 }
@@ -142,6 +143,7 @@ int FixPeridemHistory::unpack_exchange(int i, double *buf)
   for (auto &spring : rows[i]) {
     spring.tag = (tagint) ubuf(buf[m++]).i;
     for (double &slip : spring.slip) slip = buf[m++];
+    spring.peak = buf[m++];
   }
   return m;
 }
@@ -150,14 +152,14 @@ int FixPeridemHistory::unpack_exchange(int i, double *buf)
 
 int FixPeridemHistory::size_restart(int i)
 {
-  return 2 + 4 * static_cast<int>(rows[i].size());
+  return 2 + 5 * static_cast<int>(rows[i].size());
 }
 
 /* ---------------------------------------------------------------------- */
 
 int FixPeridemHistory::maxsize_restart()
 {
-  return 2 + 4 * MAXTOUCH;
+  return 2 + 5 * MAXTOUCH;
 }
 
 /* ---------------------------------------------------------------------- */

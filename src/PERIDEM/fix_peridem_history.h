@@ -26,7 +26,7 @@ namespace LAMMPS_NS {
 
 class PairPeridemContact;
 
-// Tangential springs of the contacts of each owned node, while nodes migrate and in restart files.
+// What the contacts of each owned node remember (tangential spring, fastest approach), while nodes migrate and in restart files.
 // In between, pair style peridem/contact keeps them beside its list of candidates.
 // Made by that pair style; not for input scripts.
 
@@ -35,6 +35,7 @@ class FixPeridemHistory : public Fix {
   struct Spring {
     tagint tag;        // of the other node
     double slip[3];    // how far the other has slipped, seen from this node
+    double peak;       // fastest approach of the two
   };
   std::vector<std::vector<Spring>> rows;    // by local index
 

@@ -15,8 +15,10 @@
 
 #include "fix_peridem_wall.h"
 
+#include "fix_peridem_bonds.h"
 #include "pair_peridem_contact.h"
 #include "peridem_grains.h"
+#include "peridem_patch.h"
 
 #include "atom.h"
 #include "comm.h"
@@ -24,6 +26,7 @@
 #include "error.h"
 #include "force.h"
 #include "memory.h"
+#include "modify.h"
 #include "respa.h"
 #include "update.h"
 
@@ -44,7 +47,8 @@ FixPeridemWall::FixPeridemWall(LAMMPS *lmp, int narg, char **arg) : Fix(lmp, nar
 
   restart_global = restart_peratom = 1;
   create_attribute = 1;
-  maxexchange = 3;
+  maxexchange = 4;
+  comm_reverse = 3;
   scalar_flag = vector_flag = 1;
   size_vector = 8;
   global_freq = 1;
@@ -91,7 +95,7 @@ FixPeridemWall::~FixPeridemWall()
 {
   atom->delete_callback(id, Atom::GROW);
   atom->delete_callback(id, Atom::RESTART);
-  memory->destroy(slip);
+  memory->destroy(memory_at_wall);
 }
 
 /* ---------------------------------------------------------------------- */
@@ -167,18 +171,18 @@ void FixPeridemWall::init()
   MPI_Allreduce(MPI_IN_PLACE, used.data(), ntypes + 1, MPI_INT, MPI_MAX, world);
 
   laws.assign(ntypes + 1, PeridemContactLaw());
-  bool any_restitution = false;
+  any_restitution = false;
   for (int t = 1; t <= ntypes; t++) {
     if (!used[t]) continue;
     const auto what = (contact && contact->covers(t)) ? given.over(contact->own(t)) : given;
     const auto where = fmt::format("Fix {} {}, type {}", id, style, t);
     laws[t] = PeridemContactLaw::resolve(
         what, PairPeridemContact::known(lmp, t, t, spacings), where, lmp);
-    any_restitution = any_restitution || laws[t].uses_grain_mass();
+    any_restitution = any_restitution || laws[t].uses_restitution();
   }
   if (comm->me == 0) describe(used);
-  grain_mass.clear();
-  if (any_restitution) grain_mass = PeridemGrains::masses(lmp);
+  const auto fixes = modify->get_fix_by_style("^peridem/bonds$");
+  bonds = fixes.empty() ? nullptr : dynamic_cast<FixPeridemBonds *>(fixes[0]);
 }
 
 /* ----------------------------------------------------------------------
@@ -257,6 +261,7 @@ void FixPeridemWall::post_force(int)
   totals_known = false;
   advance = update->setupflag == 0;
 
+  if (any_restitution) pushes.assign(3 * (atom->nlocal + atom->nghost), 0.0);
   double **x = atom->x;
   double at[3];    // a point of the plane, now
   for (int k = 0; k < 3; k++) at[k] = point[k] + shift[k];
@@ -267,8 +272,9 @@ void FixPeridemWall::post_force(int)
     if (distance < laws[atom->type[i]].radius)
       touch(i, distance, at);
     else
-      slip[i][0] = slip[i][1] = slip[i][2] = 0.0;
+      set_arrays(i);
   }
+  if (any_restitution) bring_pushes_home();
   if (moving && update->ntimestep > update->beginstep)
     work -= update->dt *
         (force[0] * velocity[0] + force[1] * velocity[1] + force[2] * velocity[2]);
@@ -292,19 +298,20 @@ void FixPeridemWall::touch(int i, double distance, const double *at)
   }
   for (int m = 0; m < 3; m++) slide[m] += rate * normal[m];
 
-  double mass = atom->rmass[i];
-  if (law.uses_grain_mass() && atom->molecule[i]) mass = grain_mass[atom->molecule[i]];
-  const double beta = law.dashpot(k, mass);
+  const double beta = law.dashpot();
   const double fn = PeridemContactLaw::normal(k, beta, overlap, rate);
   double drag[3] = {0.0, 0.0, 0.0};
   if (law.friction > 0.0)
-    law.tangential({k, beta, fn, atom->rmass[i], update->dt, advance, normal}, slide, slip[i],
-                   drag);
+    law.tangential({k, beta, fn, atom->rmass[i], update->dt, advance, normal}, slide,
+                   memory_at_wall[i], drag);
 
   double on_node[3], arm[3];
   for (int m = 0; m < 3; m++) {
     on_node[m] = fn * normal[m] + drag[m];
     atom->f[i][m] += on_node[m];
+  }
+  if (law.uses_restitution()) impact(i, fn, on_node);
+  for (int m = 0; m < 3; m++) {
     force[m] -= on_node[m];
     arm[m] = x[m] - distance * normal[m] - at[m];    // where the node touches the plane
   }
@@ -313,6 +320,52 @@ void FixPeridemWall::touch(int i, double distance, const double *at)
   torque[2] -= arm[0] * on_node[1] - arm[1] * on_node[0];
   deepest = MAX(deepest, overlap);
   energy += 0.5 * k * overlap * overlap;
+}
+
+/* ----------------------------------------------------------------------
+   energy that a collision with the wall loses: a force on the patch of node i
+------------------------------------------------------------------------- */
+
+void FixPeridemWall::impact(int i, double elastic, double *total)
+{
+  const auto patch = PeridemPatch::of(atom, bonds, i);
+  double approach = 0.0;
+  for (int m = 0; m < 3; m++) approach -= (patch.velocity[m] - velocity[m]) * normal[m];
+  const double size = laws[atom->type[i]].impact_force(elastic, approach, patch.mass, update->dt,
+                                                       advance, memory_at_wall[i][3]);
+  double push[3];
+  for (int m = 0; m < 3; m++) {
+    push[m] = size * normal[m];
+    total[m] += push[m];
+  }
+  patch.push(atom, bonds, i, push, pushes.data());
+}
+
+/* ----------------------------------------------------------------------
+   members of a patch may be ghosts
+------------------------------------------------------------------------- */
+
+void FixPeridemWall::bring_pushes_home()
+{
+  comm->reverse_comm(this);
+  for (int i = 0; i < atom->nlocal; i++)
+    for (int m = 0; m < 3; m++) atom->f[i][m] += pushes[3 * i + m];
+}
+
+/* ---------------------------------------------------------------------- */
+
+int FixPeridemWall::pack_reverse_comm(int n, int first, double *buf)
+{
+  for (int m = 0; m < 3 * n; m++) buf[m] = pushes[3 * first + m];
+  return 3 * n;
+}
+
+/* ---------------------------------------------------------------------- */
+
+void FixPeridemWall::unpack_reverse_comm(int n, int *list, double *buf)
+{
+  for (int m = 0; m < n; m++)
+    for (int k = 0; k < 3; k++) pushes[3 * list[m] + k] += buf[3 * m + k];
 }
 
 /* ---------------------------------------------------------------------- */
@@ -352,7 +405,7 @@ double FixPeridemWall::largest_dashpot_ratio() const
   for (int t = 1; t <= atom->ntypes; t++) {
     if (laws[t].radius == 0.0 || extremes.largest[t] == 0.0) continue;
     const double k = laws[t].spring(extremes.smallest[t], extremes.smallest[t]);
-    const double beta = laws[t].dashpot(k, extremes.heaviest_grain[t]);
+    const double beta = laws[t].dashpot();
     largest = MAX(largest, beta / (2.0 * std::sqrt(k * extremes.lightest[t])));
   }
   return largest;
@@ -418,49 +471,49 @@ void FixPeridemWall::restart(char *buf)
 }
 
 /* ----------------------------------------------------------------------
-   tangential springs travel with the nodes
+   what contacts with the wall remember travels with the nodes
 ------------------------------------------------------------------------- */
 
 void FixPeridemWall::grow_arrays(int nmax)
 {
-  memory->grow(slip, nmax, 3, "peridem/wall:slip");
+  memory->grow(memory_at_wall, nmax, 4, "peridem/wall:memory");
 }
 
 /* ---------------------------------------------------------------------- */
 
 void FixPeridemWall::copy_arrays(int i, int j, int)
 {
-  for (int m = 0; m < 3; m++) slip[j][m] = slip[i][m];
+  for (int m = 0; m < 4; m++) memory_at_wall[j][m] = memory_at_wall[i][m];
 }
 
 /* ---------------------------------------------------------------------- */
 
 void FixPeridemWall::set_arrays(int i)
 {
-  for (int m = 0; m < 3; m++) slip[i][m] = 0.0;
+  for (int m = 0; m < 4; m++) memory_at_wall[i][m] = 0.0;
 }
 
 /* ---------------------------------------------------------------------- */
 
 int FixPeridemWall::pack_exchange(int i, double *buf)
 {
-  for (int m = 0; m < 3; m++) buf[m] = slip[i][m];
-  return 3;
+  for (int m = 0; m < 4; m++) buf[m] = memory_at_wall[i][m];
+  return 4;
 }
 
 /* ---------------------------------------------------------------------- */
 
 int FixPeridemWall::unpack_exchange(int i, double *buf)
 {
-  for (int m = 0; m < 3; m++) slip[i][m] = buf[m];
-  return 3;
+  for (int m = 0; m < 4; m++) memory_at_wall[i][m] = buf[m];
+  return 4;
 }
 
 /* ---------------------------------------------------------------------- */
 
 int FixPeridemWall::pack_restart(int i, double *buf)
 {
-  buf[0] = 4;
+  buf[0] = 5;
   return 1 + pack_exchange(i, buf + 1);
 }
 
@@ -478,5 +531,5 @@ void FixPeridemWall::unpack_restart(int i, int nth)
 
 double FixPeridemWall::memory_usage()
 {
-  return 3.0 * atom->nmax * sizeof(double);
+  return 4.0 * atom->nmax * sizeof(double);
 }

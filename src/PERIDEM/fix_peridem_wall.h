@@ -26,6 +26,8 @@ FixStyle(peridem/wall,FixPeridemWall);
 
 namespace LAMMPS_NS {
 
+class FixPeridemBonds;
+
 // A plane that nodes of grains touch with the same law as each other, still or moving.
 
 class FixPeridemWall : public Fix {
@@ -51,8 +53,10 @@ class FixPeridemWall : public Fix {
   int unpack_exchange(int, double *) override;
   int pack_restart(int, double *) override;
   void unpack_restart(int, int) override;
-  int size_restart(int) override { return 4; }
-  int maxsize_restart() override { return 4; }
+  int size_restart(int) override { return 5; }
+  int maxsize_restart() override { return 5; }
+  int pack_reverse_comm(int, int, double *) override;
+  void unpack_reverse_comm(int, int *, double *) override;
   double memory_usage() override;
 
   // bounds over all nodes that can touch the wall
@@ -67,8 +71,10 @@ class FixPeridemWall : public Fix {
   PeridemContactGiven given;
   std::vector<PeridemContactLaw> laws;    // by node type
   PeridemGrains::Extremes extremes;
-  std::vector<double> grain_mass;         // by molecule-ID, if restitution needs it
-  double **slip{nullptr};                 // tangential spring of each owned node at the wall
+  double **memory_at_wall{nullptr};       // of each owned node: tangential spring, fastest approach
+  FixPeridemBonds *bonds{nullptr};
+  bool any_restitution{false};
+  std::vector<double> pushes;             // forces on the patches, of owned and ghost nodes
   bool advance{true};
   bool moving{false}, started{false};
   int ilevel_respa{0};
@@ -84,6 +90,8 @@ class FixPeridemWall : public Fix {
   void describe(const std::vector<int> &) const;
   void check_start();
   void touch(int i, double distance, const double *at);
+  void impact(int i, double elastic, double *total);
+  void bring_pushes_home();
   void sum_totals();
 };
 

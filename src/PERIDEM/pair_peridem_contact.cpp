@@ -19,6 +19,7 @@
 #include "fix_peridem_history.h"
 #include "pair_peridem.h"
 #include "peridem_grains.h"
+#include "peridem_patch.h"
 
 #include "atom.h"
 #include "comm.h"
@@ -52,6 +53,8 @@ PairPeridemContact::PairPeridemContact(LAMMPS *lmp) : Pair(lmp)
   single_enable = 0;
   restartinfo = 1;
   no_virial_fdotr_compute = 1;
+  comm_forward = PeridemPatch::SIZE;
+  comm_reverse = comm_reverse_off = 3;
 }
 
 /* ---------------------------------------------------------------------- */
@@ -161,8 +164,7 @@ void PairPeridemContact::init_style()
 
   const auto spacings = PeridemGrains::spacings(lmp);
   extremes = PeridemGrains::extremes(lmp);
-  any_dissipation = false;
-  bool any_restitution = false, any_history = false;
+  any_velocity = any_restitution = any_springs = false;
   double least = 0.0;
   for (int i = 1; i <= ntypes; i++)
     for (int j = i; j <= ntypes; j++) {
@@ -174,9 +176,9 @@ void PairPeridemContact::init_style()
       const auto law = PeridemContactLaw::resolve(what, known(lmp, i, j, spacings), where, lmp);
       laws[index(i, j)] = laws[index(j, i)] = law;
       rcsq[index(i, j)] = rcsq[index(j, i)] = law.radius * law.radius;
-      any_dissipation = any_dissipation || law.dissipates();
-      any_restitution = any_restitution || law.uses_grain_mass();
-      any_history = any_history || law.uses_history();
+      any_velocity = any_velocity || law.uses_velocity();
+      any_restitution = any_restitution || law.uses_restitution();
+      any_springs = any_springs || law.uses_history() || law.uses_restitution();
       if (least == 0.0 || law.radius < least) least = law.radius;
       if (comm->me == 0)
         utils::logmesg(lmp, "PERIDEM: contact of types {} {}: {}\n", i, j, law.describe());
@@ -187,9 +189,7 @@ void PairPeridemContact::init_style()
     for (int i = 1; i <= ntypes; i++)
       if (solid->covers(i)) bonded_types[i] = 1;
 
-  grain_mass.clear();
-  if (any_restitution) grain_mass = PeridemGrains::masses(lmp);
-  if (any_dissipation) comm->ghost_velocity = 1;
+  if (any_velocity || any_restitution) comm->ghost_velocity = 1;
 
   // LAMMPS's default skin is made for molecules (in si units it is 1 mm, as large as a grain)
 
@@ -207,13 +207,12 @@ void PairPeridemContact::init_style()
                      neighbor->skin, SKIN, update->unit_style, it->second);
   }
 
-  // springs of the tangential direction travel in a fix of their own
+  // what contacts remember travels in a fix of its own
 
-  if (any_history && !history)
+  if (any_springs && !history)
     history = dynamic_cast<FixPeridemHistory *>(
         modify->add_fix("PERIDEM_HISTORY all PERIDEM_HISTORY"));
   if (history) history->set_source(this);
-  any_springs = any_history;
 
   // a pair that crosses to another rank is listed on both, whatever newton says
 
@@ -240,11 +239,13 @@ void PairPeridemContact::compute(int eflag, int vflag)
   if (!overlaps_checked) check_overlaps();
 
   advance = update->setupflag == 0;
+  impacts.clear();
   if (any_springs) {
     touch_all<true>();
     live = true;
   } else
     touch_all<false>();
+  if (any_restitution) impact_pass();
 }
 
 /* ---------------------------------------------------------------------- */
@@ -264,7 +265,7 @@ template <bool HISTORY> void PairPeridemContact::touch_all()
       const double rsq = d[0] * d[0] + d[1] * d[1] + d[2] * d[2];
       if (rsq < rcsq_i[type[j]])
         touch(i, j, laws[index(type[i], type[j])].radius, rsq, d,
-              HISTORY ? candidate_springs[k].hold() : nullptr);
+              HISTORY ? &candidate_springs[k] : nullptr);
       else if (HISTORY && candidate_springs[k].touching)
         candidate_springs[k] = Spring();
     }
@@ -276,7 +277,7 @@ template <bool HISTORY> void PairPeridemContact::touch_all()
     const double rsq = d[0] * d[0] + d[1] * d[1] + d[2] * d[2];
     if (rsq < pair.distance * pair.distance)
       touch(pair.i, pair.j, pair.distance, rsq, d,
-            HISTORY ? fragment_springs[k].hold() : nullptr);
+            HISTORY ? &fragment_springs[k] : nullptr);
     else if (HISTORY && fragment_springs[k].touching)
       fragment_springs[k] = Spring();
   }
@@ -338,6 +339,7 @@ void PairPeridemContact::find_spring(int i, int j, Spring &spring) const
   for (const auto &one : history->rows[i])
     if (one.tag == atom->tag[j]) {
       for (int m = 0; m < 3; m++) spring.slip[m] = one.slip[m];
+      spring.peak = one.peak;
       spring.touching = true;
     }
 }
@@ -351,8 +353,8 @@ void PairPeridemContact::store_springs(FixPeridemHistory &fix) const
   auto store = [&](int i, int j, const Spring &spring) {
     if (!spring.touching) return;
     const double *const s = spring.slip;
-    fix.rows[i].push_back({atom->tag[j], {s[0], s[1], s[2]}});
-    if (j < atom->nlocal) fix.rows[j].push_back({atom->tag[i], {-s[0], -s[1], -s[2]}});
+    fix.rows[i].push_back({atom->tag[j], {s[0], s[1], s[2]}, spring.peak});
+    if (j < atom->nlocal) fix.rows[j].push_back({atom->tag[i], {-s[0], -s[1], -s[2]}, spring.peak});
   };
   for (std::size_t row = 0; row < row_node.size(); row++)
     for (int k = row_first[row]; k < row_first[row + 1]; k++)
@@ -431,7 +433,7 @@ void PairPeridemContact::check_overlaps()
 ------------------------------------------------------------------------- */
 
 void PairPeridemContact::touch(int i, int j, double distance, double rsq, const double *d,
-                               double *slip)
+                               Spring *spring)
 {
   double **v = atom->v, **f = atom->f;
   const int nlocal = atom->nlocal;
@@ -441,12 +443,12 @@ void PairPeridemContact::touch(int i, int j, double distance, double rsq, const 
   // nodes at the same place are pushed apart along x, the lower ID to the left
   double n[3] = {atom->tag[i] < atom->tag[j] ? 1.0 : -1.0, 0.0, 0.0};
   if (r > 0.0)
-    for (int k = 0; k < 3; k++) n[k] = d[k] / r;
+    for (int m = 0; m < 3; m++) n[m] = d[m] / r;
 
   const double k = law.spring(atom->vfrac[i], atom->vfrac[j]);
+  double fn = k * (distance - r);
   double total[3];    // force on node i
-  if (!any_dissipation) {
-    const double fn = k * (distance - r);
+  if (!law.uses_velocity()) {
     for (int m = 0; m < 3; m++) total[m] = -fn * n[m];
   } else {
     double slide[3], rate = 0.0;
@@ -456,17 +458,19 @@ void PairPeridemContact::touch(int i, int j, double distance, double rsq, const 
     }
     for (int m = 0; m < 3; m++) slide[m] -= rate * n[m];
 
-    const double beta =
-        law.dashpot(k, law.uses_grain_mass() ? effective_grain_mass(i, j) : 0.0);
-    const double fn = PeridemContactLaw::normal(k, beta, distance - r, rate);
+    const double beta = law.dashpot();
+    fn = PeridemContactLaw::normal(k, beta, distance - r, rate);
     for (int m = 0; m < 3; m++) total[m] = -fn * n[m];
     if (law.friction > 0.0) {
       const double mi = atom->rmass[i], mj = atom->rmass[j];
       double drag[3];
-      law.tangential({k, beta, fn, mi * mj / (mi + mj), update->dt, advance, n}, slide, slip, drag);
+      law.tangential({k, beta, fn, mi * mj / (mi + mj), update->dt, advance, n}, slide,
+                     spring ? spring->slip : nullptr, drag);
       for (int m = 0; m < 3; m++) total[m] += drag[m];
     }
   }
+  if (spring) spring->touching = true;
+  if (law.uses_restitution()) impacts.push_back({i, j, fn, spring});
 
   for (int m = 0; m < 3; m++) f[i][m] += total[m];
   if (j < nlocal)
@@ -479,14 +483,105 @@ void PairPeridemContact::touch(int i, int j, double distance, double rsq, const 
   }
 }
 
+/* ----------------------------------------------------------------------
+   energy that collisions lose: a force between the patches of the nodes that touch, along the
+   line of their centres of mass, so that linear and angular momentum stay
+------------------------------------------------------------------------- */
+
+void PairPeridemContact::impact_pass()
+{
+  const int nlocal = atom->nlocal, nall = nlocal + atom->nghost;
+  patches.resize(nall);
+  pushes.resize(3 * nall);
+  has_patch.assign(nall, 0);
+  patched.clear();
+  for (const auto &impact : impacts) {
+    make_patch(impact.i);
+    if (impact.j < nlocal) make_patch(impact.j);
+  }
+  comm->forward_comm(this);
+
+  double **x = atom->x;
+  for (const auto &impact : impacts) {
+    const int i = impact.i, j = impact.j;
+    const auto &pi = patches[i], &pj = patches[j];
+    double d[3], lengthsq = 0.0, rate = 0.0;
+    for (int m = 0; m < 3; m++) {
+      d[m] = (x[j][m] - x[i][m]) + (pj.offset[m] - pi.offset[m]);
+      lengthsq += d[m] * d[m];
+      rate += d[m] * (pj.velocity[m] - pi.velocity[m]);
+    }
+    if (lengthsq == 0.0) continue;
+    const double length = std::sqrt(lengthsq);
+    const auto &law = laws[index(atom->type[i], atom->type[j])];
+    const double mass = pi.mass * pj.mass / (pi.mass + pj.mass);
+    const double force = law.impact_force(impact.elastic, -rate / length, mass, update->dt, advance,
+                                          impact.spring->peak);
+    double push[3];
+    for (int m = 0; m < 3; m++) {
+      push[m] = -force * d[m] / length;
+      pushes[3 * i + m] += push[m];
+      if (j < nlocal) pushes[3 * j + m] -= push[m];
+    }
+    if (evflag)
+      ev_tally_xyz(i, j, nlocal, 0, 0.0, 0.0, push[0], push[1], push[2], -d[0], -d[1], -d[2]);
+  }
+
+  // members of a patch may be ghosts: their forces go home with all others, or here if newton is off
+
+  if (force->newton_pair) {
+    for (int i : patched) patches[i].push(atom, bonds, i, &pushes[3 * i], atom->f[0]);
+  } else {
+    std::vector<double> spread(3 * nall, 0.0);
+    for (int i : patched) patches[i].push(atom, bonds, i, &pushes[3 * i], spread.data());
+    pushes.swap(spread);
+    comm->reverse_comm(this);
+    for (int i = 0; i < nlocal; i++)
+      for (int m = 0; m < 3; m++) atom->f[i][m] += pushes[3 * i + m];
+  }
+}
+
 /* ---------------------------------------------------------------------- */
 
-double PairPeridemContact::effective_grain_mass(int i, int j) const
+void PairPeridemContact::make_patch(int i)
 {
-  const tagint *const mol = atom->molecule;
-  const double mi = mol[i] ? grain_mass[mol[i]] : atom->rmass[i];
-  const double mj = mol[j] ? grain_mass[mol[j]] : atom->rmass[j];
-  return mi * mj / (mi + mj);
+  if (has_patch[i]) return;
+  has_patch[i] = 1;
+  patched.push_back(i);
+  patches[i] = PeridemPatch::of(atom, bonds, i);
+  for (int m = 0; m < 3; m++) pushes[3 * i + m] = 0.0;
+}
+
+/* ---------------------------------------------------------------------- */
+
+int PairPeridemContact::pack_forward_comm(int n, int *list, double *buf, int, int *)
+{
+  for (int m = 0; m < n; m++)
+    memcpy(buf + m * PeridemPatch::SIZE, &patches[list[m]], sizeof(PeridemPatch));
+  return n * PeridemPatch::SIZE;
+}
+
+/* ---------------------------------------------------------------------- */
+
+void PairPeridemContact::unpack_forward_comm(int n, int first, double *buf)
+{
+  memcpy(static_cast<void *>(&patches[first]), buf, n * sizeof(PeridemPatch));
+}
+
+/* ---------------------------------------------------------------------- */
+
+int PairPeridemContact::pack_reverse_comm(int n, int first, double *buf)
+{
+  for (int m = 0; m < 3 * n; m++) buf[m] = pushes[3 * first + m];
+  return 3 * n;
+}
+
+/* ---------------------------------------------------------------------- */
+
+void PairPeridemContact::unpack_reverse_comm(int n, int *list, double *buf)
+{
+  for (int m = 0; m < n; m++)
+    for (int k = 0; k < 3; k++) pushes[3 * list[m] + k] += buf[3 * m + k];
 }
 
 /* ----------------------------------------------------------------------
@@ -534,7 +629,7 @@ double PairPeridemContact::largest_frequency_sq() const
 }
 
 /* ----------------------------------------------------------------------
-   dashpot over 2 sqrt(spring mass) for the lightest nodes of the heaviest grains
+   dashpot over 2 sqrt(spring mass) for the lightest nodes
 ------------------------------------------------------------------------- */
 
 double PairPeridemContact::largest_dashpot_ratio() const
@@ -546,10 +641,9 @@ double PairPeridemContact::largest_dashpot_ratio() const
       const auto &law = laws[index(i, j)];
       if (law.radius == 0.0 || extremes.largest[i] == 0.0 || extremes.largest[j] == 0.0) continue;
       const double mi = extremes.lightest[i], mj = extremes.lightest[j];
-      const double Mi = extremes.heaviest_grain[i], Mj = extremes.heaviest_grain[j];
       const double k = law.spring(extremes.smallest[i], extremes.smallest[j]);
-      const double beta = law.dashpot(k, Mi * Mj / (Mi + Mj));
-      largest = MAX(largest, std::sqrt(most) * beta / (2.0 * std::sqrt(k * mi * mj / (mi + mj))));
+      largest = MAX(largest,
+                    std::sqrt(most) * law.dashpot() / (2.0 * std::sqrt(k * mi * mj / (mi + mj))));
     }
   return largest;
 }
@@ -592,5 +686,6 @@ double PairPeridemContact::memory_usage()
 {
   return Pair::memory_usage() + sizeof(int) * static_cast<double>(candidates.capacity()) +
       sizeof(FragmentPair) * static_cast<double>(fragments.capacity()) +
-      sizeof(double) * static_cast<double>(grain_mass.capacity());
+      sizeof(Spring) * static_cast<double>(candidate_springs.capacity()) +
+      sizeof(PeridemPatch) * static_cast<double>(patches.capacity());
 }

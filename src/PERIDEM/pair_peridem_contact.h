@@ -22,6 +22,7 @@ PairStyle(peridem/contact,PairPeridemContact);
 #include "pair.h"
 #include "peridem_contact_law.h"
 #include "peridem_grains.h"
+#include "peridem_patch.h"
 
 #include <vector>
 
@@ -47,6 +48,10 @@ class PairPeridemContact : public Pair {
   void write_restart_settings(FILE *) override {}
   void read_restart_settings(FILE *) override {}
   double memory_usage() override;
+  int pack_forward_comm(int, int *, double *, int, int *) override;
+  void unpack_forward_comm(int, int, double *) override;
+  int pack_reverse_comm(int, int, double *) override;
+  void unpack_reverse_comm(int, int *, double *) override;
 
   // what pair_coeff said of a type with itself, and what is known of it: walls start from there
   bool covers(int itype) const { return !given.empty() && setflag[itype][itype]; }
@@ -69,10 +74,10 @@ class PairPeridemContact : public Pair {
   std::vector<PeridemContactGiven> given;
   std::vector<PeridemContactLaw> laws;
   std::vector<double> rcsq;          // by type pair
-  std::vector<double> grain_mass;    // by molecule-ID, if restitution needs it
   std::vector<int> bonded_types;     // by type: 1 if a solid holds it together
   FixPeridemBonds *bonds{nullptr};
-  bool any_dissipation{false}, overlaps_checked{false};
+  bool any_velocity{false}, any_restitution{false}, any_springs{false};
+  bool overlaps_checked{false};
 
   // Pairs that can touch before the next reneighbouring: candidates of row r are nodes of other
   // grains than that of node row_node[r]; fragments are pairs of one grain, each with its own
@@ -87,23 +92,32 @@ class PairPeridemContact : public Pair {
   std::size_t broken_seen{0};
   int list_nlocal{-1};    // owned nodes when the candidates were picked
 
-  // tangential springs: slip of the other node and whether the pair touched at the last step
+  // what a contact remembers: slip of the other node, how fast it came, whether it touched at the
+  // last step
   struct Spring {
     double slip[3]{0.0, 0.0, 0.0};
+    double peak{0.0};    // fastest approach
     bool touching{false};
-    double *hold()
-    {
-      touching = true;
-      return slip;
-    }
   };
   std::vector<Spring> candidate_springs, fragment_springs;
   FixPeridemHistory *history{nullptr};
-  bool any_springs{false};
   bool live{false};    // the springs here are newer than those of the fix
   bool advance{true};
 
   PeridemGrains::Extremes extremes;
+
+  // contacts of this step that lose energy by restitution
+  struct Impact {
+    int i, j;
+    double elastic;
+    Spring *spring;
+  };
+  std::vector<Impact> impacts;
+  std::vector<PeridemPatch> patches;     // of owned and ghost nodes that touch
+  std::vector<double> pushes;            // forces on the patches of owned nodes
+  std::vector<int> patched;              // owned nodes that touch
+  std::vector<char> has_patch;
+  enum { TO_GHOSTS, HOME } direction{TO_GHOSTS};
 
   std::size_t index(int itype, int jtype) const { return itype * (ntypes + 1) + jtype; }
   bool indices_valid() const { return list_nlocal == atom->nlocal; }
@@ -113,9 +127,10 @@ class PairPeridemContact : public Pair {
   void add_broken_bonds();
   void check_overlaps();
   template <bool HISTORY> void touch_all();
-  void touch(int i, int j, double distance, double rsq, const double *d, double *slip);
+  void touch(int i, int j, double distance, double rsq, const double *d, Spring *spring);
+  void make_patch(int i);
+  void impact_pass();
   void find_spring(int i, int j, Spring &) const;
-  double effective_grain_mass(int i, int j) const;
 };
 
 }    // namespace LAMMPS_NS

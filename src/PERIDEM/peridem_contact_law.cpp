@@ -30,6 +30,9 @@ static constexpr double DEFAULT_RATIO = 0.85;
 // the regularised force stops a sliding node pair in this many steps at the soonest
 static constexpr double STOPPING_STEPS = 2.0;
 
+// the loss of a collision slows patches down in no fewer steps than this
+static constexpr double IMPACT_STEPS = 10.0;
+
 /* ---------------------------------------------------------------------- */
 
 static double either(double mine, double other)
@@ -109,10 +112,8 @@ PeridemContactLaw PeridemContactLaw::resolve(const PeridemContactGiven &given,
     }
   }
 
-  if (!std::isnan(given.restitution) && given.restitution < 1.0) {
-    const double loss = -std::log(given.restitution);
-    law.zeta = loss / std::sqrt(MY_PI * MY_PI + loss * loss);
-  }
+  if (!std::isnan(given.restitution) && given.restitution < 1.0)
+    law.impact = impact_number(given.restitution);
   law.damping = either(given.damping, 0.0);
   law.friction = either(given.friction, 0.0);
   law.regularised = given.tangential == PeridemContactGiven::REGULARISED;
@@ -120,6 +121,42 @@ PeridemContactLaw PeridemContactLaw::resolve(const PeridemContactGiven &given,
   law.ratio = either(given.ratio, DEFAULT_RATIO);
   law.fragments = given.fragments != 0;
   return law;
+}
+
+/* ----------------------------------------------------------------------
+   With the force F (1 + u V / V0) at an approach speed V that began with V0 (the form of Hunt and
+   Crossley 1975), the energy that the elastic force F stores and gives back fixes the speed of
+   rebound whatever F looks like:  u - ln(1 + u) = -e u - ln(1 - e u).
+   Since e u < 1 the total force never pulls.
+------------------------------------------------------------------------- */
+
+double PeridemContactLaw::impact_number(double restitution)
+{
+  auto excess = [restitution](double u) {
+    return u - std::log1p(u) + restitution * u + std::log1p(-restitution * u);
+  };
+  double lo = 0.0, hi = 1.0 / restitution;
+  for (int bisection = 0; bisection < 200; bisection++) {
+    const double u = 0.5 * (lo + hi);
+    (excess(u) > 0.0 ? lo : hi) = u;
+  }
+  return 0.5 * (lo + hi);
+}
+
+/* ---------------------------------------------------------------------- */
+
+double PeridemContactLaw::impact_force(double elastic, double approach, double patch_mass,
+                                       double dt, bool advance, double &peak) const
+{
+  if (advance && approach > peak) peak = approach;
+  if (!(peak > 0.0)) return 0.0;
+  double force = elastic * impact * approach / peak;
+  if (force < -elastic) force = -elastic;
+  // never more than slows the two patches down within several steps
+  const double most = patch_mass * std::fabs(approach) / (IMPACT_STEPS * dt);
+  if (force > most) force = most;
+  if (force < -most) force = -most;
+  return force;
 }
 
 /* ---------------------------------------------------------------------- */
@@ -193,7 +230,7 @@ std::string PeridemContactLaw::describe() const
 {
   const char *unit = per_volume ? " V_i V_j" : (dim == 2 ? "" : " h");
   std::string text = fmt::format("radius {:.6g}, spring {:.6g}{}", radius, modulus, unit);
-  if (zeta > 0.0) text += fmt::format(", damping ratio {:.4g} of the two grains", zeta);
+  if (impact > 0.0) text += fmt::format(", restitution (impact number {:.4g})", impact);
   if (damping > 0.0) text += fmt::format(", damping {:.6g}", damping);
   text += fmt::format(", friction {:.4g}", friction);
   if (friction > 0.0) text += regularised ? " (regularised)" : " (history)";

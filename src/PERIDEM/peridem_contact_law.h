@@ -62,8 +62,9 @@ class PeridemContactLaw {
   double friction{0.0};
   bool fragments{true};
 
-  bool dissipates() const { return zeta > 0.0 || damping > 0.0 || friction > 0.0; }
-  bool uses_grain_mass() const { return zeta > 0.0; }
+  bool uses_velocity() const { return damping > 0.0 || friction > 0.0; }
+  bool uses_restitution() const { return impact > 0.0; }
+  bool uses_history() const { return friction > 0.0 && !regularised; }
 
   // spring constant of two nodes with volumes Vi, Vj
   double spring(double Vi, double Vj) const
@@ -72,11 +73,7 @@ class PeridemContactLaw {
     return dim == 2 ? modulus : modulus * 0.5 * (std::cbrt(Vi) + std::cbrt(Vj));
   }
 
-  // dashpot constant; grain_mass = effective mass of the two grains
-  double dashpot(double k, double grain_mass) const
-  {
-    return zeta > 0.0 ? 2.0 * zeta * std::sqrt(k * grain_mass) : damping;
-  }
+  double dashpot() const { return damping; }
 
   // repulsion at an overlap > 0 that grows at the rate -rate: damping never pulls
   static double normal(double k, double beta, double overlap, double rate)
@@ -85,7 +82,10 @@ class PeridemContactLaw {
     return force > 0.0 ? force : 0.0;
   }
 
-  bool uses_history() const { return friction > 0.0 && !regularised; }
+  // what the loss of a collision adds to the elastic force: patches approach each other at this
+  // speed, peak is the fastest approach of this contact so far (kept by the caller)
+  double impact_force(double elastic, double approach, double patch_mass, double dt, bool advance,
+                      double &peak) const;
 
   // A touching pair as friction sees it.
   struct Touch {
@@ -109,12 +109,13 @@ class PeridemContactLaw {
   int dim{3};
   bool per_volume{false};    // k = modulus Vi Vj, else k = modulus h^(d-2)
   double modulus{0.0};
-  double zeta{0.0};       // damping ratio that the restitution asks for
+  double impact{0.0};     // number that gives the restitution asked for
   double damping{0.0};    // beta_N when given by hand
   bool regularised{false};
   double gamma{-1.0};     // of the regularised force; < 0: as large as the time step allows
   double ratio{0.0};      // of tangential to normal spring
 
+  static double impact_number(double restitution);
   void tangential_spring(const Touch &, const double *slide, double *slip, double *force) const;
   void tangential_viscous(const Touch &, const double *slide, double *force) const;
 };

@@ -20,38 +20,13 @@
 #include "atom.h"
 #include "comm.h"
 #include "domain.h"
-#include "error.h"
 
 #include <algorithm>
 #include <cmath>
 
 using namespace LAMMPS_NS;
 
-// tables by molecule-ID beyond this would not fit beside a simulation
-static constexpr tagint MAXGRAIN = 100000000;
-
 static constexpr double BIG = 1.0e300;
-
-/* ---------------------------------------------------------------------- */
-
-std::vector<double> PeridemGrains::masses(LAMMPS *lmp)
-{
-  const auto *atom = lmp->atom;
-  tagint highest = 0;
-  for (int i = 0; i < atom->nlocal; i++) highest = std::max(highest, atom->molecule[i]);
-  MPI_Allreduce(MPI_IN_PLACE, &highest, 1, MPI_LMP_TAGINT, MPI_MAX, lmp->world);
-  if (highest > MAXGRAIN)
-    lmp->error->all(FLERR, Error::NOLASTLINE,
-                    "molecule-ID {} is larger than {}: number the grains anew (reset_atoms mol)",
-                    highest, MAXGRAIN);
-
-  std::vector<double> mass(highest + 1, 0.0);
-  for (int i = 0; i < atom->nlocal; i++) mass[atom->molecule[i]] += atom->rmass[i];
-  MPI_Allreduce(MPI_IN_PLACE, mass.data(), static_cast<int>(mass.size()), MPI_DOUBLE, MPI_SUM,
-                lmp->world);
-  mass[0] = 0.0;
-  return mass;
-}
 
 /* ---------------------------------------------------------------------- */
 
@@ -59,24 +34,19 @@ PeridemGrains::Extremes PeridemGrains::extremes(LAMMPS *lmp)
 {
   const auto *atom = lmp->atom;
   const int n = atom->ntypes + 1;
-  const auto mass = masses(lmp);
   Extremes ex;
   ex.lightest.assign(n, BIG);
   ex.smallest.assign(n, BIG);
   ex.largest.assign(n, 0.0);
-  ex.heaviest_grain.assign(n, 0.0);
   for (int i = 0; i < atom->nlocal; i++) {
     const int t = atom->type[i];
-    const tagint mol = atom->molecule[i];
     ex.lightest[t] = std::min(ex.lightest[t], atom->rmass[i]);
     ex.smallest[t] = std::min(ex.smallest[t], atom->vfrac[i]);
     ex.largest[t] = std::max(ex.largest[t], atom->vfrac[i]);
-    ex.heaviest_grain[t] = std::max(ex.heaviest_grain[t], mol ? mass[mol] : atom->rmass[i]);
   }
   MPI_Allreduce(MPI_IN_PLACE, ex.lightest.data(), n, MPI_DOUBLE, MPI_MIN, lmp->world);
   MPI_Allreduce(MPI_IN_PLACE, ex.smallest.data(), n, MPI_DOUBLE, MPI_MIN, lmp->world);
   MPI_Allreduce(MPI_IN_PLACE, ex.largest.data(), n, MPI_DOUBLE, MPI_MAX, lmp->world);
-  MPI_Allreduce(MPI_IN_PLACE, ex.heaviest_grain.data(), n, MPI_DOUBLE, MPI_MAX, lmp->world);
   return ex;
 }
 

@@ -20,13 +20,10 @@ namespace LAMMPS_NS {
 
 class PeridemGrains {
  public:
-  // mass of every grain, by molecule-ID (element 0, no grain, is 0); the same on all ranks
-  static std::vector<double> masses(class LAMMPS *);
-
-  // by type: the lightest node, smallest and largest cell, heaviest grain; infinite or 0 where a
+  // by type: the lightest node, smallest and largest cell; infinite or 0 where a
   // type has no nodes
   struct Extremes {
-    std::vector<double> lightest, smallest, largest, heaviest_grain;
+    std::vector<double> lightest, smallest, largest;
   };
   static Extremes extremes(class LAMMPS *);
 
