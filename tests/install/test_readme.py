@@ -47,7 +47,7 @@ def course(tmp_path_factory: pytest.TempPathFactory) -> tuple[list[float], list[
 
 def test_the_script_writes_what_it_says(course: tuple[list[float], list[np.ndarray]]) -> None:
     times, tables = course
-    assert len(times) == len(tables) == 31  # every 1000 of 30000 steps, and the first
+    assert len(times) == len(tables) == 37  # every 1000 of 36000 steps, and the first
     assert times == sorted(times)
     assert all(table.shape == (138, 5) for table in tables)  # two discs of 69 nodes; none is lost
     assert set(tables[0][:, 1]) == {1.0, 2.0}
