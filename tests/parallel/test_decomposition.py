@@ -12,7 +12,16 @@ import numpy as np
 import pytest
 
 from support.clouds import ragged
-from support.heaps import REBUILD, SOLIDS, SPRINGS, heap, heap_model, heap_script, tumbling
+from support.heaps import (
+    REBUILD,
+    RESTITUTION,
+    SOLIDS,
+    SPRINGS,
+    heap,
+    heap_model,
+    heap_script,
+    tumbling,
+)
 from support.oracle import bond_state, families, intact_bonds
 from support.runs import header, lps_words, read_dump
 
@@ -134,7 +143,9 @@ run 0 post no
         )
 
 
-@pytest.mark.parametrize("contact", [None, SPRINGS], ids=["regularised friction", "springs"])
+@pytest.mark.parametrize(
+    "contact", [None, SPRINGS, RESTITUTION], ids=["regularised friction", "springs", "restitution"]
+)
 @pytest.mark.parametrize("tiled", [False, True], ids=["brick", "tiled, balanced on the way"])
 def test_many_steps_with_migration_end_in_the_same_state(tiled, contact, mpi, rng):
     """400 steps: grains cross rank boundaries while their bonds break.

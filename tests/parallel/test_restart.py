@@ -13,7 +13,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from support.heaps import LAW, REBUILD, SOLIDS, SPRINGS, WRITE, heap_script, tumbling
+from support.heaps import LAW, REBUILD, RESTITUTION, SOLIDS, SPRINGS, WRITE, heap_script, tumbling
 from support.runs import contact_words, lps_words, read_dump
 
 FIRST, SECOND = 150, 250
@@ -46,7 +46,9 @@ write_dump all custom {name}.last {WRITE} modify format float %.17g
 
 
 @pytest.mark.parametrize(
-    "contact", [contact_words(LAW), SPRINGS], ids=["regularised friction", "springs"]
+    "contact",
+    [contact_words(LAW), SPRINGS, RESTITUTION],
+    ids=["regularised friction", "springs", "restitution"],
 )
 @pytest.mark.parametrize("writers", [1, 2])
 def test_a_restart_in_the_middle_continues_on_any_number_of_ranks(writers, contact, mpi, rng):

@@ -29,6 +29,7 @@ REBUILD = "neigh_modify every 1 delay 0 check yes"
 SPRINGS = f"radius {LAW.radius} stiffness {LAW.stiffness} damping 0.4 friction 0.3"
 
 
+RESTITUTION = f"radius {LAW.radius} stiffness {LAW.stiffness} restitution 0.6 friction 0.3"
 WRITE = "id mol x y z vx vy vz fx fy fz c_node[1] c_node[2]"
 
 

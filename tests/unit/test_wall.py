@@ -243,31 +243,6 @@ def test_a_moving_wall_continues_from_a_restart(simulation):
     assert before[7] > 0.0
 
 
-def test_restitution_of_a_grain_at_a_wall_counts_the_whole_grain(simulation):
-    """beta = 2 zeta sqrt(k m) with the mass of the grain and not of the node that touches."""
-    one = cloud(
-        [[0, 0.6], [0, 1.6]],
-        molecule=1,
-        density=2.0,
-        dimension=2,
-        margin=20,
-        v=np.array([[0.0, -1.0, 0], [0, 0, 0]]),
-    )
-    sim = (
-        simulation()
-        .load(one, dimension=2)
-        .commands(
-            ALONE
-            + f"fix floor all peridem/wall {FLOOR} radius 1.0 stiffness 5.0 restitution 0.5\n"
-            + "run 0 post no"
-        )
-    )
-    loss = np.log(2.0)
-    zeta = loss / np.hypot(np.pi, loss)
-    expected = 5 * 0.4 + 2 * zeta * np.sqrt(5.0 * 4.0) * 1.0
-    assert sim.atoms("f")[0, 1] == pytest.approx(expected, rel=ACCURACY)
-
-
 def test_a_disc_dropped_on_the_floor_comes_to_no_more_than_its_height(simulation):
     """Weight, bonds, floor with friction and damping: energy falls, nothing passes the plane."""
     solid = Solid(bulk=30.0, shear=12.0, horizon=2.3, dimension=2)
