@@ -47,7 +47,7 @@ quick: build ## set everything up, then run the tests of a minute
 	PERIDEM_TESTS_MUST_RUN=1 $(python) -m pytest tests -m 'not slow' $(PYTEST_ARGS)
 
 build: $(BUILD)/configured ## build/lmp and build/liblammps.so with PERIDEM, and .venv with the lammps module
-	@cmake --build $(BUILD)
+	@cmake --build $(BUILD) --parallel $$(nproc)
 	@cmake/setup-python.sh $(VENV) $(tree) $(BUILD)/liblammps.so
 
 system: ## install what is missing with apt (as root or with sudo), or print the line to run

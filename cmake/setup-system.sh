@@ -39,6 +39,13 @@ eigen() {
 certificates() { [ -n "${SSL_CERT_FILE:-}" ] || [ -s /etc/ssl/certs/ca-certificates.crt ] ||
                  [ -s /etc/pki/tls/certs/ca-bundle.crt ] || [ -s /etc/ssl/cert.pem ]; }
 
+as_root=()
+can_install() { # with apt, as root or through sudo
+  has apt-get || return 1
+  [ "$(id -u)" -ne 0 ] || return 0
+  has sudo && { sudo -n true 2>/dev/null || { [ -t 0 ] && sudo -v; }; } && as_root=(sudo)
+}
+
 missing=()   # what, in words
 packages=()  # apt's names for it
 need() { # WORDS PACKAGES PROBE...
@@ -62,7 +69,6 @@ look() {
   missing=() packages=() installed=
   need 'a C++17 compiler'    'g++'                          cxx17
   need 'CMake 3.20 or later' 'cmake'                        newer_cmake
-  has ninja || need 'ninja or make' 'ninja-build'           has make
   need 'make'                'make'                         has make
   need 'an MPI compiler'     'libopenmpi-dev openmpi-bin'   has mpicxx
   need 'mpirun'              'openmpi-bin'                  has mpirun
@@ -83,6 +89,10 @@ look() {
 # ---- look, install, look again -------------------------------------------------------------------
 
 look
+# Ninja builds faster, but make will do where nothing can be installed
+if ! has ninja && { [ ${#missing[@]} -gt 0 ] || can_install; }; then
+  need 'Ninja'               'ninja-build'                  has ninja
+fi
 if [ ${#missing[@]} -eq 0 ]; then
   say 'all there'
   exit 0
@@ -95,16 +105,11 @@ if ! has apt-get; then
   exit 1
 fi
 readarray -t packages < <(printf '%s\n' "${packages[@]}" | sort -u)
-as_root=()
-if [ "$(id -u)" -ne 0 ]; then
-  if has sudo && { sudo -n true 2>/dev/null || { [ -t 0 ] && sudo -v; }; }; then
-    as_root=(sudo)
-  else
-    say 'neither root nor sudo: have this one line run, then repeat' >&2
-    printf '\n    apt-get update && apt-get install -y --no-install-recommends %s\n\n' \
-      "${packages[*]}" >&2
-    exit 1
-  fi
+if ! can_install; then
+  say 'neither root nor sudo: have this one line run, then repeat' >&2
+  printf '\n    apt-get update && apt-get install -y --no-install-recommends %s\n\n' \
+    "${packages[*]}" >&2
+  exit 1
 fi
 
 install() {

@@ -101,7 +101,9 @@ def _built(version: str) -> Path:
     if not (folder / "CMakeCache.txt").exists() and shutil.which("ninja"):
         configure += ["-G", "Ninja"]
     _run(configure, REPOSITORY, f"configuring LAMMPS {version} with PERIDEM-inject.cmake")
-    _run(["cmake", "--build", folder, "--parallel"], REPOSITORY, f"building LAMMPS {version}")
+    cores = str(os.cpu_count() or 1)
+    build: list[str | Path] = ["cmake", "--build", folder, "--parallel", cores]
+    _run(build, REPOSITORY, f"building LAMMPS {version}")
     return folder / "lmp"
 
 
