@@ -23,8 +23,20 @@
 #include "update.h"
 
 #include <algorithm>
+#include <cmath>
+#include <limits>
 
 using namespace LAMMPS_NS;
+
+/* ----------------------------------------------------------------------
+   density * volume, one unit in the last place up: so it is never the round number that somebody
+   sets as the density, and sync_mass() can tell
+------------------------------------------------------------------------- */
+
+static double mass(double density, double volume)
+{
+  return std::nextafter(density * volume, std::numeric_limits<double>::infinity());
+}
 
 /* ---------------------------------------------------------------------- */
 
@@ -113,7 +125,7 @@ void AtomVecPeridem::data_atom_post(int ilocal)
     error->one(FLERR, "Node {} in Atoms section of data file has density {}: it must be > 0",
                atom->tag[ilocal], density[ilocal]);
 
-  rmass[ilocal] = mass_seen[ilocal] = density[ilocal] * vfrac[ilocal];
+  rmass[ilocal] = mass_seen[ilocal] = mass(density[ilocal], vfrac[ilocal]);
   if (!with_reference)
     for (int k = 0; k < 3; k++) x0[ilocal][k] = atom->x[ilocal][k];
 }
@@ -140,7 +152,7 @@ void AtomVecPeridem::sync_mass()
       density[i] = rmass[i];
       changed++;
     }
-    rmass[i] = mass_seen[i] = density[i] * vfrac[i];
+    rmass[i] = mass_seen[i] = mass(density[i], vfrac[i]);
   }
 
   bigint total;

@@ -51,7 +51,7 @@ void ComputePeridemDt::compute_vector()
   const auto limits = stability.find();
   const double values[4] = {limits.bonds, limits.contacts, limits.dashpots, limits.stable};
   for (int k = 0; k < 3; k++) vector[k] = std::isfinite(values[k]) ? values[k] : 0.0;
-  stable = std::isfinite(values[3]) ? values[3] : 0.0;
+  scalar = std::isfinite(values[3]) ? values[3] : 0.0;
 }
 
 /* ---------------------------------------------------------------------- */
@@ -59,7 +59,5 @@ void ComputePeridemDt::compute_vector()
 double ComputePeridemDt::compute_scalar()
 {
   if (invoked_vector != update->ntimestep) compute_vector();
-  invoked_scalar = update->ntimestep;
-  scalar = stable;
   return scalar;
 }

@@ -35,7 +35,6 @@ class ComputePeridemDt : public Compute {
 
  private:
   PeridemStability stability;
-  double stable{0.0};
 };
 
 }    // namespace LAMMPS_NS

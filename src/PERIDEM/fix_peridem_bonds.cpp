@@ -16,7 +16,7 @@
 #include "fix_peridem_bonds.h"
 
 #include "pair_peridem.h"
-#include "peridem_cells.h"
+#include "peridem_families.h"
 #include "peridem_material.h"
 
 #include "atom.h"
@@ -36,10 +36,6 @@
 using namespace LAMMPS_NS;
 using namespace FixConst;
 
-// a bond exists where R <= horizon * (1 + SLACK): lattices with nodes exactly on the horizon keep
-// symmetric families whatever the last digit of their coordinates
-static constexpr double SLACK = 1.0e-9;
-
 // positions that decide on the ghost cutoff may be one step old
 static constexpr double STEP_MARGIN = 1.02;
 
@@ -55,7 +51,7 @@ FixPeridemBonds::FixPeridemBonds(LAMMPS *lmp, int narg, char **arg) :
     error->all(FLERR, 2, "Fix {} requires atom style peridem; the atom style is {}", style,
                atom->get_style());
   if (narg > 3) error->all(FLERR, 3, "Unknown fix {} keyword {}", style, arg[3]);
-  if (modify->get_fix_by_style("^peridem/bonds$").size() > 1)
+  if (modify->get_fix_by_style("^peridem/bonds$").size() > 0)
     error->all(FLERR, 2, "There is a fix {} already: only one is allowed", style);
 
   restart_global = 1;
@@ -100,6 +96,15 @@ int FixPeridemBonds::setmask()
 
 void FixPeridemBonds::init()
 {
+  // what happens before nodes migrate must happen before any other fix migrates them
+
+  for (const auto *fix : modify->get_fix_list()) {
+    if (fix == this) break;
+    if (fix->pre_exchange_migrate)
+      error->all(FLERR, Error::NOLASTLINE, "Fix {} {} must be defined before fix {} {}", id, style,
+                 fix->id, fix->style);
+  }
+
   find_solids();
   check_laws();
   weights_stale = true;
@@ -109,7 +114,7 @@ void FixPeridemBonds::init()
   const int ntypes = atom->ntypes;
   for (int i = 1; i <= ntypes; i++)
     for (int j = i; j <= ntypes; j++)
-      if (const auto *mat = material(i, j)) need = MAX(need, mat->horizon * (1.0 + 2.0 * SLACK));
+      if (const auto *mat = material(i, j)) need = MAX(need, mat->horizon * (1.0 + 2.0 * PeridemFamilies::SLACK));
   if (longest > 0.0) need = MAX(need, longest + MIN(neighbor->skin, longest));
   require_ghost_cutoff(need, true);
 
@@ -209,6 +214,7 @@ void FixPeridemBonds::setup(int)
 void FixPeridemBonds::setup_pre_exchange()
 {
   reconcile();
+  build_if_new_nodes();
 }
 
 /* ----------------------------------------------------------------------
@@ -374,130 +380,46 @@ void FixPeridemBonds::build_if_new_nodes()
 
 void FixPeridemBonds::build_families()
 {
-  const int nlocal = atom->nlocal, nall = nlocal + atom->nghost;
   const int *const type = atom->type;
-  const tagint *const tag = atom->tag, *const mol = atom->molecule;
-  double **X = atom->x0;
   const int ntypes = atom->ntypes;
-
-  flag.assign(nall, 0.0);
-  std::vector<int> fresh;
+  laws.assign(static_cast<std::size_t>(ntypes) * ntypes, {0.0, 0.0, {}, 0});
   double reach = 0.0;
-  for (int i = 0; i < nlocal; i++)
+  for (int i = 1; i <= ntypes; i++)
+    for (int j = 1; j <= ntypes; j++)
+      if (const auto *mat = material(i, j)) {
+        reach = MAX(reach, mat->horizon * (1.0 + 2.0 * PeridemFamilies::SLACK));
+        laws[(i - 1) * ntypes + j - 1] = {mat->horizon, mat->cell, mat->influence, mat->volume};
+      }
+  if (reach == 0.0) return;
+
+  std::vector<int> fresh;
+  for (int i = 0; i < atom->nlocal; i++)
     if (num[i] < 0) {
       start[i] = static_cast<bigint>(ptag.size());
       num[i] = nref[i] = 0;
       wvolume[i] = famvolume[i] = maxstretch[i] = 0.0;
-      const auto *mat = material(type[i], type[i]);
-      if (!mat || mol[i] == 0 || !(atom->mask[i] & groupbit)) continue;
-      flag[i] = 1.0;
-      fresh.push_back(i);
+      if (material(type[i], type[i]) && atom->molecule[i] != 0 && (atom->mask[i] & groupbit))
+        fresh.push_back(i);
     }
-  for (int i = 1; i <= ntypes; i++)
-    for (int j = i; j <= ntypes; j++)
-      if (const auto *mat = material(i, j)) reach = MAX(reach, mat->horizon * (1.0 + 2.0 * SLACK));
-  comm_mode = UNBUILT;
-  comm->forward_comm(this);
 
-  // each node once, and its periodic images that come within reach of my own nodes
-
-  double lo[3], hi[3];
-  for (int k = 0; k < 3; k++) {
-    lo[k] = 1.0e300;
-    hi[k] = -1.0e300;
-    for (int i : fresh) {
-      lo[k] = MIN(lo[k], X[i][k] - reach);
-      hi[k] = MAX(hi[k], X[i][k] + reach);
-    }
-  }
-  struct Image {
-    int j;
-    double shift[3];
-  };
-  std::vector<Image> images;
-  std::vector<PeridemCells::Point> points;
-  const int px = domain->xperiodic, py = domain->yperiodic, pz = domain->zperiodic;
-  for (int j = 0; j < nall; j++) {
-    if (flag[j] == 0.0 || atom->map(tag[j]) != j) continue;
-    for (int iz = -pz; iz <= pz; iz++)
-      for (int iy = -py; iy <= py; iy++)
-        for (int ix = -px; ix <= px; ix++) {
-          const double shift[3] = {ix * domain->xprd + iy * domain->xy + iz * domain->xz,
-                                   iy * domain->yprd + iz * domain->yz, iz * domain->zprd};
-          bool inside = true;
-          PeridemCells::Point p;
-          for (int k = 0; k < 3; k++) {
-            p.x[k] = X[j][k] + shift[k];
-            inside = inside && p.x[k] >= lo[k] && p.x[k] <= hi[k];
-          }
-          if (!inside) continue;
-          p.id = static_cast<int>(images.size());
-          images.push_back({j, {shift[0], shift[1], shift[2]}});
-          points.push_back(p);
-        }
-  }
-  const PeridemCells cells(std::move(points), reach);
-
-  struct Found {
-    tagint tag;
-    double length;
-    int j;
-  };
-  std::vector<Found> row;
-  for (int i : fresh) {
-    row.clear();
-    cells.near(X[i], [&](const PeridemCells::Point &p) {
-      const auto &image = images[p.id];
-      const int j = image.j;
-      if (mol[j] != mol[i]) return;
-      const auto *mat = material(type[i], type[j]);
-      if (!mat) return;
-      double rsq = 0.0;
-      bool shifted = false;
-      for (int k = 0; k < 3; k++) {
-        // grouped so that the other end finds exactly the same length
-        const double d = (X[j][k] - X[i][k]) + image.shift[k];
-        rsq += d * d;
-        shifted = shifted || image.shift[k] != 0.0;
-      }
-      if (j == i && !shifted) return;
-      const double R = std::sqrt(rsq);
-      if (R > mat->horizon * (1.0 + SLACK)) return;
-      if (R == 0.0)
-        error->one(FLERR, "Nodes {} and {} of grain {} have the same reference position", tag[i],
-                   tag[j], mol[i]);
-      row.push_back({tag[j], R, j});
-    });
-    std::sort(row.begin(), row.end(), [](const Found &a, const Found &b) { return a.tag < b.tag; });
-    for (std::size_t k = 0; k < row.size(); k++)
-      if (row[k].tag == tag[i] || (k && row[k].tag == row[k - 1].tag))
-        error->one(FLERR,
-                   "Node {} is bonded to node {} twice, or to itself, through the periodic "
-                   "boundary: the box must be longer than two horizons",
-                   tag[i], row[k].tag);
-
+  PeridemFamilies finder(
+      lmp, [this](int itype, int jtype) { return material(itype, jtype); }, reach);
+  for (const auto &family : finder.build(fresh)) {
+    const int i = family.node;
     start[i] = static_cast<bigint>(ptag.size());
-    num[i] = nref[i] = static_cast<int>(row.size());
-    for (const auto &bond : row) {
+    num[i] = nref[i] = static_cast<int>(family.bonds.size());
+    wvolume[i] = family.wvolume;
+    famvolume[i] = family.volume;
+    for (const auto &bond : family.bonds) {
       ptag.push_back(bond.tag);
       length.push_back(bond.length);
-      partner.push_back(bond.j);
+      partner.push_back(-1);
       weight.push_back(0.0);
-      const auto *mat = material(type[i], type[bond.j]);
-      const double Vj = atom->vfrac[bond.j];
-      const double h = mat->cell > 0.0 ? mat->cell : 0.5 * (cell_size(i) + cell_size(bond.j));
-      const double vVj = mat->volume_factor(bond.length, h) * Vj;
-      famvolume[i] += vVj;
-      wvolume[i] += mat->influence(bond.length / mat->horizon) * bond.length * bond.length * vVj;
     }
   }
 
-  laws.assign(static_cast<std::size_t>(ntypes) * ntypes, {0.0, 0.0, {}, 0});
-  for (int i = 1; i <= ntypes; i++)
-    for (int j = 1; j <= ntypes; j++)
-      if (const auto *mat = material(i, j))
-        laws[(i - 1) * ntypes + j - 1] = {mat->horizon, mat->cell, mat->influence, mat->volume};
-
+  longest = MAX(longest, finder.longest());
+  require_ghost_cutoff(finder.longest() * STEP_MARGIN, false);
   check_families(fresh);
   weights_stale = true;
 }
@@ -589,7 +511,6 @@ void FixPeridemBonds::build_local()
   map_partners();
   if (weights_stale) compute_weights();
   weights_stale = false;
-  comm_mode = WVOLUME;
   comm->forward_comm(this);
   broken.clear();
   maxexchange = 6 + 3 * longest_row;
@@ -600,13 +521,17 @@ void FixPeridemBonds::build_local()
 
 void FixPeridemBonds::map_partners()
 {
-  const bool periodic = domain->xperiodic || domain->yperiodic || domain->zperiodic;
+  const bool periodic = domain->xperiodic || domain->yperiodic ||
+      (domain->dimension == 3 && domain->zperiodic);
+  const int *const type = atom->type;
+  mixed.assign(atom->nlocal, 0);
   for (int i = 0; i < atom->nlocal; i++)
     for (bigint k = start[i]; k < start[i] + num[i]; k++) {
       int j = atom->map(ptag[k]);
       if (j < 0) lost_partner(i, ptag[k]);
       if (periodic) j = domain->closest_image(i, j);
       partner[k] = j;
+      if (type[j] != type[i]) mixed[i] = 1;
     }
 }
 
@@ -650,8 +575,7 @@ void FixPeridemBonds::compute_weights()
 
 int FixPeridemBonds::pack_forward_comm(int n, int *list, double *buf, int, int *)
 {
-  const double *const values = comm_mode == WVOLUME ? wvolume : flag.data();
-  for (int m = 0; m < n; m++) buf[m] = values[list[m]];
+  for (int m = 0; m < n; m++) buf[m] = wvolume[list[m]];
   return n;
 }
 
@@ -659,8 +583,7 @@ int FixPeridemBonds::pack_forward_comm(int n, int *list, double *buf, int, int *
 
 void FixPeridemBonds::unpack_forward_comm(int n, int first, double *buf)
 {
-  double *const values = comm_mode == WVOLUME ? wvolume : flag.data();
-  for (int m = 0; m < n; m++) values[first + m] = buf[m];
+  for (int m = 0; m < n; m++) wvolume[first + m] = buf[m];
 }
 
 /* ----------------------------------------------------------------------

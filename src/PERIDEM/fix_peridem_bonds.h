@@ -79,6 +79,7 @@ class FixPeridemBonds : public Fix {
   int *nref{nullptr};              // bonds in the reference configuration
   double *wvolume{nullptr};        // weighted volume m_i of the reference configuration
   double *famvolume{nullptr};      // sum of v_ij V_j over the reference family
+  std::vector<char> mixed;         // 1 if some bond leads to another type
   double *maxstretch{nullptr};     // largest stretch so far, as a fraction of the critical one
 
   bigint version{0};    // counts the rebuilds of local indices
@@ -105,14 +106,12 @@ class FixPeridemBonds : public Fix {
   std::vector<std::pair<tagint, tagint>> told;  // broken bonds that another rank must hear of
   std::vector<FamilyLaw> laws;                  // by type pair, once families exist
   std::vector<double> cellsize;                 // per node: V^(1/d)
-  std::vector<double> flag;                     // per node, for forward communication
   int max_family{0};                            // longest reference row of all ranks
   double longest{0.0};                          // longest bond at the last reneighbouring
   double cutghost_set{0.0};                     // ghost cutoff that this fix has asked for
   bigint natoms_seen{-1};
   bool weights_stale{true};
   PeridemStability stability;
-  enum { WVOLUME, UNBUILT } comm_mode{WVOLUME};
 
   const PeridemMaterial *material(int itype, int jtype) const;
   double cell_size(int i) const;

@@ -44,11 +44,22 @@ PairPeridem::PairPeridem(LAMMPS *lmp, const char *_name) : Pair(lmp), name(_name
   no_virial_fdotr_compute = 1;    // bonds of owned nodes only: the virial is tallied bond by bond
 }
 
+/* ----------------------------------------------------------------------
+   a fix that keeps the place of fix peridem/bonds among the fixes until it is known whether the
+   script has one of its own: it must come before fixes that migrate nodes
+------------------------------------------------------------------------- */
+
+std::string PairPeridem::placeholder() const
+{
+  return "PERIDEM_BONDS_PLACE";
+}
+
 /* ---------------------------------------------------------------------- */
 
 PairPeridem::~PairPeridem()
 {
   if (copymode) return;
+  if (modify && modify->get_fix_by_id(placeholder())) modify->delete_fix(placeholder());
   if (allocated) {
     memory->destroy(setflag);
     memory->destroy(cutsq);
@@ -92,6 +103,9 @@ void PairPeridem::allocate()
 void PairPeridem::settings(int narg, char **arg)
 {
   if (narg) error->all(FLERR, "Pair style {} takes no arguments; given: {}", name, arg[0]);
+  if (modify->get_fix_by_style("^peridem/bonds$").empty() &&
+      !modify->get_fix_by_id(placeholder()))
+    modify->add_fix(placeholder() + " all DUMMY");
 }
 
 /* ---------------------------------------------------------------------- */
@@ -196,7 +210,11 @@ void PairPeridem::find_bonds()
 {
   auto fixes = modify->get_fix_by_style("^peridem/bonds$");
   if (fixes.empty()) {
-    modify->add_fix(bonds_id + " all peridem/bonds");
+    const auto command = bonds_id + " all peridem/bonds";
+    if (modify->get_fix_by_id(placeholder()))
+      modify->replace_fix(placeholder(), command, 1);
+    else
+      modify->add_fix(command);
     fixes = modify->get_fix_by_style("^peridem/bonds$");
   } else if (from_restart && bonds_id != fixes[0]->id) {
     error->all(FLERR, Error::NOLASTLINE,

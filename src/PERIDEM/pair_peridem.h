@@ -91,6 +91,7 @@ class PairPeridem : public Pair {
   void allocate();
   PeridemMaterial mix(int itype, int jtype) const;
   void find_bonds();
+  std::string placeholder() const;
 };
 
 }    // namespace LAMMPS_NS

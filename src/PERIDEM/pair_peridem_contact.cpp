@@ -43,6 +43,9 @@ using namespace LAMMPS_NS;
 // overlaps at the start deeper than this fraction of the contact distance are worth a warning
 static constexpr double WORTH_A_WARNING = 0.01;
 
+// keeps the place of the fix that holds the springs: before any fix that migrates nodes
+static constexpr char PLACEHOLDER[] = "PERIDEM_HISTORY_PLACE";
+
 // default skin, as a fraction of the contact distance
 static constexpr double SKIN = 0.3;
 
@@ -62,7 +65,10 @@ PairPeridemContact::PairPeridemContact(LAMMPS *lmp) : Pair(lmp)
 PairPeridemContact::~PairPeridemContact()
 {
   if (copymode) return;
-  if (history && modify->nfix) modify->delete_fix(history->id);
+  if (modify && modify->nfix) {
+    if (history) modify->delete_fix(history->id);
+    if (modify->get_fix_by_id(PLACEHOLDER)) modify->delete_fix(PLACEHOLDER);
+  }
   if (allocated) {
     memory->destroy(setflag);
     memory->destroy(cutsq);
@@ -92,6 +98,8 @@ void PairPeridemContact::allocate()
 void PairPeridemContact::settings(int narg, char **arg)
 {
   if (narg) error->all(FLERR, "Pair style peridem/contact takes no arguments; given: {}", arg[0]);
+  if (!modify->get_fix_by_id(PLACEHOLDER))
+    modify->add_fix(std::string(PLACEHOLDER) + " all DUMMY");
 }
 
 /* ---------------------------------------------------------------------- */
@@ -209,9 +217,12 @@ void PairPeridemContact::init_style()
 
   // what contacts remember travels in a fix of its own
 
-  if (any_springs && !history)
-    history = dynamic_cast<FixPeridemHistory *>(
-        modify->add_fix("PERIDEM_HISTORY all PERIDEM_HISTORY"));
+  if (any_springs && !history) {
+    const std::string command = "PERIDEM_HISTORY all PERIDEM_HISTORY";
+    history = dynamic_cast<FixPeridemHistory *>(modify->get_fix_by_id(PLACEHOLDER)
+                                                    ? modify->replace_fix(PLACEHOLDER, command, 1)
+                                                    : modify->add_fix(command));
+  }
   if (history) history->set_source(this);
 
   // a pair that crosses to another rank is listed on both, whatever newton says

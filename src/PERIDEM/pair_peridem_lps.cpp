@@ -63,14 +63,10 @@ void PairPeridemLPS::init_style()
   for (int i = 1; i <= ntypes; i++) {
     if (!covers(i)) continue;
     auto &limit = limits[i];
-    for (int j = 1; j <= ntypes; j++) {
-      if (!covers(j)) continue;
-      const auto &mat = material(i, j);
-      limit.break_above = MIN(limit.break_above, mat.s0);
-      if (mat.break_both) limit.break_below = MAX(limit.break_below, -mat.s0);
-      any_both = any_both || mat.break_both;
-    }
     const auto &own = material(i, i);
+    limit.break_above = own.s0;
+    if (own.break_both) limit.break_below = -own.s0;
+    any_both = any_both || own.break_both;
     limit.dilatation_modulus = own.dilatation_modulus();
     limit.extension_modulus = own.extension_modulus();
     limit.viscous_modulus = own.viscous_modulus();
@@ -151,7 +147,6 @@ template <bool BOTH> void PairPeridemLPS::dilatation_pass()
 {
   const int nlocal = atom->nlocal;
   const double *const x = atom->x[0];
-  const double *const V = atom->vfrac;
   const int *const type = atom->type;
   const int *const partner = bonds->partner.data();
   const double *const length = bonds->length.data();
@@ -160,6 +155,10 @@ template <bool BOTH> void PairPeridemLPS::dilatation_pass()
   for (int i = 0; i < nlocal; i++) {
     theta[i] = pressure[i] = 0.0;
     if (bonds->num[i] <= 0) continue;
+    if (bonds->mixed[i]) {
+      set_dilatation(i, careful_row(i));
+      continue;
+    }
     const double xi = x[3 * i], yi = x[3 * i + 1], zi = x[3 * i + 2];
     const bigint begin = bonds->start[i], end = begin + bonds->num[i];
 
@@ -180,20 +179,27 @@ template <bool BOTH> void PairPeridemLPS::dilatation_pass()
     }
 
     const auto &limit = limits[type[i]];
-    const double low = BOTH ? limit.break_below : -INFINITE;
     double reached = top / limit.break_above;
-    if (BOTH && bottom < 0.0 && low > -INFINITE) reached = MAX(reached, bottom / low);
-    if (top > limit.break_above * (1.0 - MARGIN) || (BOTH && bottom < low * (1.0 - MARGIN)))
-      sum = break_bonds(i, sum);
-    if (reached > bonds->maxstretch[i]) bonds->maxstretch[i] = reached;
-
-    const double m = bonds->wvolume[i];
-    if (m > 0.0) {
-      const auto &own = material(type[i], type[i]);
-      theta[i] = own.dim() * sum / (m * V[i]);
-      pressure[i] = limit.dilatation_modulus * theta[i] / m;
-    }
+    if (BOTH) reached = MAX(reached, bottom / limit.break_below);
+    if (reached > 1.0 - MARGIN)
+      sum = careful_row(i);
+    else if (reached > bonds->maxstretch[i])
+      bonds->maxstretch[i] = reached;
+    set_dilatation(i, sum);
   }
+}
+
+/* ----------------------------------------------------------------------
+   sum = sum over bonds of w v V_i V_j R e
+------------------------------------------------------------------------- */
+
+void PairPeridemLPS::set_dilatation(int i, double sum)
+{
+  const double m = bonds->wvolume[i];
+  if (!(m > 0.0)) return;
+  const int itype = atom->type[i];
+  theta[i] = material(itype, itype).dim() * sum / (m * atom->vfrac[i]);
+  pressure[i] = limits[itype].dilatation_modulus * theta[i] / m;
 }
 
 /* ----------------------------------------------------------------------
@@ -214,11 +220,11 @@ double PairPeridemLPS::extension_sum(int i) const
 }
 
 /* ----------------------------------------------------------------------
-   look at every bond of node i; returns the dilatation sum of those that hold.
-   The other end runs the same lines on the same numbers and decides alike.
+   look at every bond of node i: how far it is stretched, whether it breaks; returns the dilatation
+   sum of those that hold. The other end runs the same lines on the same numbers and decides alike.
 ------------------------------------------------------------------------- */
 
-double PairPeridemLPS::break_bonds(int i, double sum)
+double PairPeridemLPS::careful_row(int i)
 {
   double **x = atom->x;
   const int *const type = atom->type;
@@ -230,9 +236,11 @@ double PairPeridemLPS::break_bonds(int i, double sum)
     const double R = bonds->length[k];
     const double s = (std::sqrt(dx * dx + dy * dy + dz * dz) - R) / R;
     const auto &mat = material(type[i], type[j]);
+    const double reached = (mat.break_both ? std::fabs(s) : s) / mat.s0;
+    if (reached > bonds->maxstretch[i]) bonds->maxstretch[i] = reached;
     if (s > mat.s0 || (mat.break_both && s < -mat.s0)) {
       if (!any) {
-        theta[i] = material(type[i], type[i]).dim() * sum / (bonds->wvolume[i] * atom->vfrac[i]);
+        set_dilatation(i, extension_sum(i));
         energy_before = strain_energy(i);
       }
       any = true;
@@ -240,11 +248,12 @@ double PairPeridemLPS::break_bonds(int i, double sum)
     } else
       k++;
   }
-  if (!any) return sum;
 
-  sum = extension_sum(i);
-  theta[i] = material(type[i], type[i]).dim() * sum / (bonds->wvolume[i] * atom->vfrac[i]);
-  broken_energy += energy_before - strain_energy(i);
+  const double sum = extension_sum(i);
+  if (any) {
+    set_dilatation(i, sum);
+    broken_energy += energy_before - strain_energy(i);
+  }
   return sum;
 }
 

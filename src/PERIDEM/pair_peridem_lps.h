@@ -49,7 +49,7 @@ class PairPeridemLPS : public PairPeridem {
 
   // per type
   struct Limits {
-    double break_above;     // smallest s0 of the bonds this type can have
+    double break_above;     // s0 of bonds within the type
     double break_below;     // -s0 if bonds break in compression too, else minus infinity
     double dilatation_modulus, extension_modulus, viscous_modulus;
   };
@@ -61,7 +61,8 @@ class PairPeridemLPS : public PairPeridem {
   void node_constants();
   template <bool BOTH> void dilatation_pass();
   double extension_sum(int) const;
-  double break_bonds(int, double);
+  double careful_row(int);
+  void set_dilatation(int, double);
   template <bool VISCOUS> void force_pass();
   template <bool VISCOUS> void force_pass_tally();
 };

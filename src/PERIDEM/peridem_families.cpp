@@ -1,0 +1,253 @@
+/* ----------------------------------------------------------------------
+   LAMMPS - Large-scale Atomic/Molecular Massively Parallel Simulator
+   https://www.lammps.org/, Sandia National Laboratories
+   LAMMPS development team: developers@lammps.org
+
+   This file is part of PERIDEM, a package for LAMMPS.  It is distributed
+   under the GNU General Public License, version 2.
+
+   See the README file in the top-level LAMMPS directory.
+------------------------------------------------------------------------- */
+
+/* ----------------------------------------------------------------------
+   Contributing author: the PERIDEM developers
+------------------------------------------------------------------------- */
+
+#include "peridem_families.h"
+
+#include "peridem_cells.h"
+#include "peridem_material.h"
+
+#include "atom.h"
+#include "comm.h"
+#include "domain.h"
+#include "error.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <numeric>
+#include <tuple>
+
+using namespace LAMMPS_NS;
+
+// edge of a block, in reaches: larger means fewer copies of nodes near block faces, smaller means
+// more ranks share a large grain
+static constexpr double BLOCK = 8.0;
+
+// a node as it travels to the ranks that need it; all numbers are exact in a double
+struct PeridemFamilies::Node {
+  double tag, mol, type, volume;
+  double X[3], shift[3];    // reference position, and the periodic image that this copy is
+  double x[3];              // present position
+  double block[3];
+  double home;              // 1 if the family of this copy is wanted in this block
+  double owner, local;
+};
+
+/* ---------------------------------------------------------------------- */
+
+PeridemFamilies::PeridemFamilies(LAMMPS *lmp, MaterialOf _material, double _reach) :
+    Pointers(lmp), material(std::move(_material)), reach(_reach)
+{
+}
+
+/* ---------------------------------------------------------------------- */
+
+std::vector<PeridemFamilies::Family> PeridemFamilies::build(const std::vector<int> &nodes)
+{
+  const auto received = exchange(send_nodes(nodes));
+  const std::size_t width = sizeof(Node) / sizeof(double);
+  const auto *const first = reinterpret_cast<const Node *>(received.data());
+  std::vector<Node> mine(first, first + received.size() / width);
+  auto key = [](const Node &n) { return std::tie(n.mol, n.block[0], n.block[1], n.block[2]); };
+  std::sort(mine.begin(), mine.end(), [&](const Node &a, const Node &b) { return key(a) < key(b); });
+
+  longest_now = 0.0;
+  std::vector<std::vector<double>> answers(comm->nprocs);
+  for (std::size_t begin = 0, end = 0; begin < mine.size(); begin = end) {
+    while (end < mine.size() && key(mine[end]) == key(mine[begin])) end++;
+    families_of_block(&mine[begin], &mine[begin] + (end - begin), answers);
+  }
+  MPI_Allreduce(MPI_IN_PLACE, &longest_now, 1, MPI_DOUBLE, MPI_MAX, world);
+
+  const auto found = exchange(answers);
+  std::vector<Family> families;
+  families.reserve(nodes.size());
+  for (std::size_t m = 0; m < found.size();) {
+    Family family;
+    family.node = static_cast<int>(found[m++]);
+    family.wvolume = found[m++];
+    family.volume = found[m++];
+    family.bonds.resize(static_cast<std::size_t>(found[m++]));
+    for (auto &bond : family.bonds) {
+      bond.tag = static_cast<tagint>(found[m++]);
+      bond.length = found[m++];
+    }
+    families.push_back(std::move(family));
+  }
+  std::sort(families.begin(), families.end(),
+            [](const Family &a, const Family &b) { return a.node < b.node; });
+  return families;
+}
+
+/* ----------------------------------------------------------------------
+   each node goes to every block that its horizon reaches, and so do its periodic images
+------------------------------------------------------------------------- */
+
+std::vector<std::vector<double>> PeridemFamilies::send_nodes(const std::vector<int> &nodes) const
+{
+  std::vector<std::vector<double>> outgoing(comm->nprocs);
+  for (int i : nodes) send_images(i, outgoing);
+  return outgoing;
+}
+
+/* ---------------------------------------------------------------------- */
+
+void PeridemFamilies::send_images(int i, std::vector<std::vector<double>> &outgoing) const
+{
+  const double *const lo = domain->triclinic ? domain->boxlo_bound : domain->boxlo;
+  const double *const hi = domain->triclinic ? domain->boxhi_bound : domain->boxhi;
+  const int dim = domain->dimension;
+  const int px = domain->xperiodic, py = domain->yperiodic, pz = dim == 3 ? domain->zperiodic : 0;
+  const double edge = BLOCK * reach;
+  const double *const X = atom->x0[i], *const x = atom->x[i];
+
+  Node node{static_cast<double>(atom->tag[i]), static_cast<double>(atom->molecule[i]),
+            static_cast<double>(atom->type[i]), atom->vfrac[i], {X[0], X[1], X[2]}, {},
+            {x[0], x[1], x[2]}, {}, 0.0, static_cast<double>(comm->me), static_cast<double>(i)};
+  for (int iz = -pz; iz <= pz; iz++)
+    for (int iy = -py; iy <= py; iy++)
+      for (int ix = -px; ix <= px; ix++) {
+        const bool image = ix || iy || iz;
+        node.shift[0] = ix * domain->xprd + iy * domain->xy + iz * domain->xz;
+        node.shift[1] = iy * domain->yprd + iz * domain->yz;
+        node.shift[2] = iz * domain->zprd;
+
+        double begin[3] = {0.0, 0.0, 0.0}, end[3] = {0.0, 0.0, 0.0}, own[3] = {0.0, 0.0, 0.0};
+        bool near_box = true;
+        for (int k = 0; k < dim; k++) {
+          const double P = X[k] + node.shift[k];
+          if (P < lo[k] - reach || P > hi[k] + reach) near_box = false;
+          begin[k] = std::floor((P - reach) / edge);
+          end[k] = std::floor((P + reach) / edge);
+          own[k] = std::floor(P / edge);
+        }
+        if (image && !near_box) continue;
+        for (double bz = begin[2]; bz <= end[2]; bz++)
+          for (double by = begin[1]; by <= end[1]; by++)
+            for (double bx = begin[0]; bx <= end[0]; bx++) {
+              node.block[0] = bx;
+              node.block[1] = by;
+              node.block[2] = bz;
+              node.home = !image && bx == own[0] && by == own[1] && bz == own[2];
+              auto &out = outgoing[rank_of_block(atom->molecule[i], node.block)];
+              const auto *const raw = reinterpret_cast<const double *>(&node);
+              out.insert(out.end(), raw, raw + sizeof(Node) / sizeof(double));
+            }
+      }
+}
+
+/* ---------------------------------------------------------------------- */
+
+int PeridemFamilies::rank_of_block(tagint mol, const double *block) const
+{
+  std::uint64_t hash = static_cast<std::uint64_t>(mol);
+  for (int k = 0; k < 3; k++)
+    hash = (hash ^ static_cast<std::uint64_t>(static_cast<std::int64_t>(block[k]))) *
+            UINT64_C(0x9E3779B97F4A7C15) + (hash >> 29);
+  return static_cast<int>((hash >> 16) % static_cast<std::uint64_t>(comm->nprocs));
+}
+
+/* ----------------------------------------------------------------------
+   nodes first to last are those of one grain that reach one block
+------------------------------------------------------------------------- */
+
+void PeridemFamilies::families_of_block(const Node *first, const Node *last,
+                                        std::vector<std::vector<double>> &answers)
+{
+  std::vector<PeridemCells::Point> points(last - first);
+  for (std::size_t m = 0; m < points.size(); m++) {
+    for (int k = 0; k < 3; k++) points[m].x[k] = first[m].X[k] + first[m].shift[k];
+    points[m].id = static_cast<int>(m);
+  }
+  const PeridemCells cells(std::move(points), reach);
+
+  std::vector<std::pair<Bond, const Node *>> row;
+  for (const auto *node = first; node < last; node++) {
+    if (node->home == 0.0) continue;
+    row.clear();
+    cells.near(node->X, [&](const PeridemCells::Point &p) {
+      const Node &other = first[p.id];
+      if (&other == node) return;
+      const auto *mat = material(static_cast<int>(node->type), static_cast<int>(other.type));
+      if (!mat) return;
+      double rsq = 0.0;
+      for (int k = 0; k < 3; k++) {
+        // grouped so that the other end finds exactly the same length
+        const double d = (other.X[k] - node->X[k]) + other.shift[k];
+        rsq += d * d;
+      }
+      const double R = std::sqrt(rsq);
+      if (R > mat->horizon * (1.0 + SLACK)) return;
+      if (R == 0.0)
+        error->one(FLERR, "Nodes {:.0f} and {:.0f} of grain {:.0f} have the same reference position",
+                   node->tag, other.tag, node->mol);
+      row.push_back({{static_cast<tagint>(other.tag), R}, &other});
+    });
+    std::sort(row.begin(), row.end(),
+              [](const auto &a, const auto &b) { return a.first.tag < b.first.tag; });
+
+    double wvolume = 0.0, volume = 0.0;
+    const int dim = domain->dimension;
+    const double own_size = std::pow(node->volume, 1.0 / dim);
+    for (std::size_t k = 0; k < row.size(); k++) {
+      const auto &bond = row[k].first;
+      const Node &other = *row[k].second;
+      if (other.tag == node->tag || (k && bond.tag == row[k - 1].first.tag))
+        error->one(FLERR,
+                   "Node {:.0f} is bonded to node {:.0f} twice, or to itself, through the periodic "
+                   "boundary: the box must be longer than two horizons",
+                   node->tag, other.tag);
+      const auto *mat = material(static_cast<int>(node->type), static_cast<int>(other.type));
+      const double h =
+          mat->cell > 0.0 ? mat->cell : 0.5 * (own_size + std::pow(other.volume, 1.0 / dim));
+      const double R = bond.length;
+      const double vV = mat->volume_factor(R, h) * other.volume;
+      volume += vV;
+      wvolume += mat->influence(R / mat->horizon) * R * R * vV;
+
+      double dx = other.x[0] - node->x[0], dy = other.x[1] - node->x[1],
+             dz = other.x[2] - node->x[2];
+      domain->minimum_image(FLERR, dx, dy, dz);
+      longest_now = std::max(longest_now, std::sqrt(dx * dx + dy * dy + dz * dz));
+    }
+
+    auto &answer = answers[static_cast<int>(node->owner)];
+    answer.insert(answer.end(), {node->local, wvolume, volume, static_cast<double>(row.size())});
+    for (const auto &entry : row)
+      answer.insert(answer.end(), {static_cast<double>(entry.first.tag), entry.first.length});
+  }
+}
+
+/* ---------------------------------------------------------------------- */
+
+std::vector<double>
+PeridemFamilies::exchange(const std::vector<std::vector<double>> &outgoing) const
+{
+  const int nprocs = comm->nprocs;
+  if (nprocs == 1) return outgoing[0];
+  std::vector<int> nsend(nprocs), nrecv(nprocs), sendat(nprocs, 0), recvat(nprocs, 0);
+  for (int p = 0; p < nprocs; p++) nsend[p] = static_cast<int>(outgoing[p].size());
+  MPI_Alltoall(nsend.data(), 1, MPI_INT, nrecv.data(), 1, MPI_INT, world);
+  for (int p = 1; p < nprocs; p++) {
+    sendat[p] = sendat[p - 1] + nsend[p - 1];
+    recvat[p] = recvat[p - 1] + nrecv[p - 1];
+  }
+  std::vector<double> send, recv(recvat.back() + nrecv.back());
+  send.reserve(sendat.back() + nsend.back());
+  for (const auto &part : outgoing) send.insert(send.end(), part.begin(), part.end());
+  MPI_Alltoallv(send.data(), nsend.data(), sendat.data(), MPI_DOUBLE, recv.data(), nrecv.data(),
+                recvat.data(), MPI_DOUBLE, world);
+  return recv;
+}

@@ -1,0 +1,71 @@
+/* -*- c++ -*- ----------------------------------------------------------
+   LAMMPS - Large-scale Atomic/Molecular Massively Parallel Simulator
+   https://www.lammps.org/, Sandia National Laboratories
+   LAMMPS development team: developers@lammps.org
+
+   This file is part of PERIDEM, a package for LAMMPS.  It is distributed
+   under the GNU General Public License, version 2.
+
+   See the README file in the top-level LAMMPS directory.
+------------------------------------------------------------------------- */
+
+// Finds the families of nodes in the reference configuration, wherever the nodes are by now and
+// whichever rank owns them: space is cut into blocks, and one rank finds all families of a block.
+
+#ifndef LMP_PERIDEM_FAMILIES_H
+#define LMP_PERIDEM_FAMILIES_H
+
+#include "pointers.h"
+
+#include <functional>
+#include <vector>
+
+namespace LAMMPS_NS {
+
+struct PeridemMaterial;
+
+class PeridemFamilies : protected Pointers {
+ public:
+  struct Bond {
+    tagint tag;       // of the partner
+    double length;    // in the reference configuration
+  };
+  struct Family {
+    int node;            // local index
+    double wvolume;      // weighted volume
+    double volume;       // sum of v_ij V_j
+    std::vector<Bond> bonds;    // by increasing tag
+  };
+  // the material of bonds between two types, null where there are none
+  using MaterialOf = std::function<const PeridemMaterial *(int, int)>;
+
+  // reach: no bond is longer
+  PeridemFamilies(class LAMMPS *, MaterialOf, double reach);
+
+  // families of owned nodes among each other's grains; collective
+  std::vector<Family> build(const std::vector<int> &nodes);
+
+  // longest bond at the present positions, of all ranks
+  double longest() const { return longest_now; }
+
+  // a bond exists where R <= horizon * (1 + SLACK): lattices with nodes exactly on the horizon keep
+  // symmetric families whatever the last digit of their coordinates
+  static constexpr double SLACK = 1.0e-9;
+
+ private:
+  struct Node;
+  MaterialOf material;
+  double reach;
+  double longest_now{0.0};
+
+  std::vector<std::vector<double>> send_nodes(const std::vector<int> &) const;
+  void send_images(int i, std::vector<std::vector<double>> &) const;
+  int rank_of_block(tagint mol, const double *block) const;
+  void families_of_block(const Node *first, const Node *last,
+                         std::vector<std::vector<double>> &answers);
+  std::vector<double> exchange(const std::vector<std::vector<double>> &outgoing) const;
+};
+
+}    // namespace LAMMPS_NS
+
+#endif
