@@ -187,12 +187,6 @@ class Contact:
         if not (math.isfinite(self.friction) and self.friction >= 0.0):
             raise ValueError(f"contact: friction must be at least 0, not {self.friction}")
 
-    @property
-    def damping_ratio(self) -> float:
-        """Part of critical damping that gives the restitution to two grains on one spring."""
-        loss = -math.log(self.restitution)
-        return loss / math.hypot(math.pi, loss)
-
     def keywords(self, radius: float, bulk: float) -> str:
         """The keywords of ``pair_coeff I J peridem/contact`` and ``fix peridem/wall``."""
         return (

@@ -153,7 +153,8 @@ def draw_frame(axes: Axes, output: Output, i: int, top: float) -> None:
     outline = min(0.6, 0.15 * width)
     shade = colours(np.clip(damage[rim].mean(axis=1) / top, 0.0, 1.0))
     size = np.full(len(loose), output.contact_radius)
-    for grow, edge_colour in ((outline, DARK), (-outline, None)):
+    # the dark rim lies inside, so that grains that touch do not hide each other's
+    for grow, edge_colour in ((0.0, DARK), (-2.0 * outline, None)):
         lines = LineCollection(
             list(x[rim]),
             colors=shade if edge_colour is None else edge_colour,
@@ -353,10 +354,16 @@ def stress_png(
     unit, name = (1e3, "kPa") if smooth.max() < 1e6 else (1e6, "MPa")
     plt = _pyplot()
     figure, axes = plt.subplots(figsize=(7.0, 4.2), dpi=150, layout="constrained")
-    axes.plot(1e3 * travel, stress / unit, color="#9db4cc", lw=0.7, label="each average")
-    axes.plot(1e3 * middle, smooth / unit, color="#1f4e79", lw=1.8, label=f"mean of {window}")
+    steps = results.averages(Path(folder) / WALLS)["TimeStep"]
+    every = 1e3 * output.timestep * float(steps[-1]) / len(steps)
+    for x, y, colour, line, span in (
+        (travel, stress, "#9db4cc", 0.7, every),
+        (middle, smooth, "#1f4e79", 1.8, window * every),
+    ):
+        label = f"averaged over {span:.2g} ms"
+        axes.plot(1e3 * x, y / unit, color=colour, lw=line, label=label)
     chosen = [range(len(output.dump))[i] for i in (output.pick(4) if frames is None else frames)]
-    speed = travel[-1] / (results.averages(Path(folder) / WALLS)["TimeStep"][-1] * output.timestep)
+    speed = travel[-1] / (steps[-1] * output.timestep)
     for k, i in enumerate(chosen):
         at = output.time(i) * speed
         value = float(np.interp(at, middle, smooth)) / unit
@@ -364,7 +371,7 @@ def stress_png(
         axes.annotate(f"$t_{{{k + 1}}}$", (1e3 * at, value), (4, 8), textcoords="offset points")
     axes.set_xlabel("penetration of the wall (mm)")
     axes.set_ylabel(f"pressure on the wall ({name})")
-    axes.set_xlim(0.0, 1e3 * float(travel[-1]))
+    axes.set_xlim(0.0, 1.04e3 * float(travel[-1]))
     axes.grid(alpha=0.3)
     axes.legend(frameon=False)
     figure.savefig(path)

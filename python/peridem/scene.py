@@ -169,10 +169,7 @@ class Scene:
         clouds, materials = [c for c, _ in kinds], [m for _, m in kinds]
         size = max(float(c.cell_sizes.max()) for c in clouds) ** (self.dimension - 2)
         spring = self.contact.stiff * max(m.bulk for m in materials) * size
-        # restitution refers to the grains; against a wall the heaviest one counts in full
-        heaviest = max(m.density * float(c.volumes.sum()) for c, m in kinds)
-        dashpot = 2.0 * self.contact.damping_ratio * math.sqrt(spring * heaviest)
-        return stable_step(clouds, materials, spring, dashpot)
+        return stable_step(clouds, materials, spring)
 
     def _box(self) -> tuple[Array, Array]:
         """Low and high corner of the simulation box: around all nodes and all walls."""
@@ -391,7 +388,7 @@ read_data       {DATA:<24}# columns: node, grain, material, volume, density, x, 
             "fix motion all nve",
             f"# stable up to {stable.bonds:.3g} s for bonds alone (highest frequency of a grain),",
             f"# {stable.contacts:.3g} s for contacts (each node pressed by several at once),",
-            f"# {stable.together:.3g} s with dashpots, for all; taken: {self.safety:g} of that",
+            f"# {stable.together:.3g} s for both, with viscosity; taken: {self.safety:g} of that",
             f"timestep        {step:.8g}",
         ]
         return "\n".join(lines) + "\n"

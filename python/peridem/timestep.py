@@ -106,7 +106,7 @@ class StableStep:
     Attributes:
         bonds: largest stable step of the springs of the bonds alone.
         contacts: largest stable step of the springs of the contacts alone.
-        rate: of all dashpots together, per time: twice the rate at which a motion dies away.
+        rate: of the dashpots along the bonds, per time: twice the rate at which a motion dies away.
     """
 
     bonds: float
@@ -129,16 +129,15 @@ class StableStep:
         return self.springs * (math.sqrt(1.0 + damping**2) - damping)
 
 
-def stable_step(
-    clouds: list[Cloud], materials: list[Material], spring: float, dashpot: float = 0.0
-) -> StableStep:
+def stable_step(clouds: list[Cloud], materials: list[Material], spring: float) -> StableStep:
     """The largest stable time step of grains with the given clouds and materials.
+
+    The dashpots that make up ``restitution`` need no smaller step: LAMMPS bounds them itself.
 
     Args:
         clouds: one for each kind of grain, at its largest and smallest size in use.
         materials: of each cloud.
         spring: stiffest spring of one pair of touching nodes, force over length.
-        dashpot: strongest dashpot of one pair of touching nodes, force over speed.
     """
     kinds = list(zip(clouds, materials, strict=True))
     omega = max(highest_frequency(c, m) for c, m in kinds)
@@ -147,5 +146,4 @@ def stable_step(
     # rows of a contact stiffness: a node's own springs and their far ends, k/m each (Gershgorin)
     rows = 2.0 * CONTACTS_AT_ONCE[clouds[0].dimension]
     lightest = min(float(m.density * c.volumes.min()) for c, m in kinds)
-    contact = math.sqrt(rows * spring / lightest)
-    return StableStep(2.0 / omega, 2.0 / contact, rate + rows * dashpot / lightest)
+    return StableStep(2.0 / omega, 2.0 / math.sqrt(rows * spring / lightest), rate)

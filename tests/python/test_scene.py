@@ -110,13 +110,6 @@ def test_contact_radius_left_out_follows_the_boundary_spacing():
     assert scenes.two_grains(contact=Contact(radius=1e-4)).contact_radius == 1e-4
 
 
-def test_restitution_asks_for_a_smaller_step():
-    elastic = scenes.two_grains().stable_step()
-    damped = scenes.two_grains(contact=Contact(stiff=2.0, restitution=0.5)).stable_step()
-    assert damped.springs == elastic.springs
-    assert damped.together < 0.5 * elastic.together
-
-
 def test_written_folder_is_complete(tmp_path):
     made = scenes.two_grains()
     script = made.write(tmp_path / "new" / "folder")

@@ -124,6 +124,11 @@ def test_stable_step_joins_bonds_and_contacts():
     grain = cloud.mesh(shapes.circle(1.0), 0.25)
     soft = timestep.stable_step([grain], [solid()], 1e-12)
     assert soft.together == pytest.approx(soft.bonds, rel=1e-9)
+    viscous = timestep.stable_step([grain], [solid(viscosity=2e3)], 1e-12)
+    assert viscous.bonds == soft.bonds
+    # a viscosity of G T: the damping ratio of the fastest motion is omega T / 2
+    z = 0.5 * (2.0 / soft.bonds) * 2e3 / solid().shear
+    assert viscous.together == pytest.approx(soft.bonds * (math.hypot(1.0, z) - z), rel=1e-9)
     stiff = timestep.stable_step([grain], [solid()], 4e9)
     softer = timestep.stable_step([grain], [solid()], 1e9)
     assert softer.contacts == pytest.approx(2.0 * stiff.contacts)
