@@ -149,6 +149,10 @@ def _run(options: argparse.Namespace) -> int:
 
     if options.in_process:
         report = run.run_in_process(options.script, quiet=options.quiet)
+        from mpi4py import MPI
+
+        if MPI.COMM_WORLD.Get_rank() != 0:
+            return 0
     else:
         report = run.run(options.script, options.ranks, options.lmp, quiet=options.quiet)
     how = "stopped at" if report.stopped else "reached"

