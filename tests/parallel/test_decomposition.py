@@ -245,3 +245,35 @@ def test_fix_balance_moves_nodes_between_ranks_at_any_time(style, mpi, rng):
     assert even["c_node[2]"].tolist() == alone["c_node[2]"].tolist()
     # 100 steps of rounding
     np.testing.assert_allclose(even["x y z"], alone["x y z"], rtol=0, atol=1e-10)
+
+
+@pytest.mark.parametrize("words", ["friction 0.3 damping 0.2", "friction 0.3 restitution 0.5"])
+def test_walls_push_and_report_the_same_on_any_number_of_ranks(words, mpi, rng):
+    """A moving floor lifts the heap: its reaction, torque, deepest overlap and work."""
+    one = tumbling(rng)
+    one.v[:] = 0.0
+    floor = one.x[:, 1].min() - 0.5
+    one.write(mpi.folder / "heap.data")
+    report = " ".join(f"$(f_floor[{k}]:%.17g)" for k in range(1, 9))
+    extra = (
+        f"{REBUILD}\nfix floor all peridem/wall plane 0 {floor} 0 0 1 0 radius 0.95 "
+        f"stiffness 5.0 {words} velocity 0.2 0.5 0"
+    )
+    ends = {}
+    for ranks, grid in ((1, "1 1 1"), (2, "2 1 1"), (4, "2 2 1"), (4, "4 1 1")):
+        for newton in ("on", "off"):
+            script = heap_script(
+                one, 2, grid, newton, "lift", steps=150, extra=extra, contact=SPRINGS
+            )
+            mpi(script + f'\nprint "{report}" file lift.wall\n', ranks)
+            (frame,) = read_dump(mpi.folder / "lift.last")
+            wall = np.array((mpi.folder / "lift.wall").read_text().split(), dtype=float)
+            ends[ranks, grid, newton] = frame["x y z"], wall
+    x, wall = ends.pop((1, "1 1 1", "on"))
+    assert wall[1] < -0.1 and wall[7] > 0.1  # the heap presses down, the floor works
+    for key, (other, reported) in ends.items():
+        # 150 steps of rounding
+        np.testing.assert_allclose(other, x, rtol=0, atol=1e-10, err_msg=str(key))
+        np.testing.assert_allclose(
+            reported, wall, rtol=0, atol=1e-9 * np.abs(wall).max(), err_msg=str(key)
+        )
