@@ -27,7 +27,8 @@ namespace LAMMPS_NS {
 class FixPeridemBonds;
 class PairPeridem;
 
-// State of the bonds of each node: damage, stretch, dilatation, energy, number of bonds.
+// State of the bonds of each node: damage, stretch, dilatation, energy, number of bonds, surface,
+// fragment, Cauchy stress.
 
 class ComputePeridemAtom : public Compute {
  public:
@@ -36,6 +37,8 @@ class ComputePeridemAtom : public Compute {
   void init() override;
   void compute_peratom() override;
   double memory_usage() override;
+  int pack_forward_comm(int, int *, double *, int, int *) override;
+  void unpack_forward_comm(int, int, double *) override;
 
  private:
   std::vector<int> fields;
@@ -43,9 +46,15 @@ class ComputePeridemAtom : public Compute {
   FixPeridemBonds *bonds{nullptr};
   std::vector<PairPeridem *> solids;
 
+  std::vector<double> piece;    // per node: smallest atom-ID of its fragment
+
   double value(int field, int i) const;
   const PairPeridem *solid(int i) const;
   double damage(int i) const;
+  double surface(int i) const;
+  bool wants(int field) const;
+  void find_fragments();
+  bool sweep_fragments();
 };
 
 }    // namespace LAMMPS_NS

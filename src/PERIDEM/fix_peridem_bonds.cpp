@@ -24,6 +24,7 @@
 #include "domain.h"
 #include "error.h"
 #include "force.h"
+#include "group.h"
 #include "memory.h"
 #include "modify.h"
 #include "neighbor.h"
@@ -45,14 +46,14 @@ static constexpr double GROWTH = 1.25;
 /* ---------------------------------------------------------------------- */
 
 FixPeridemBonds::FixPeridemBonds(LAMMPS *lmp, int narg, char **arg) :
-    Fix(lmp, narg, arg), stability(lmp)
+    Fix(lmp, narg, arg), stability(lmp), cuts(lmp)
 {
   if (!atom->style_match("peridem"))
     error->all(FLERR, 2, "Fix {} requires atom style peridem; the atom style is {}", style,
                atom->get_style());
-  if (narg > 3) error->all(FLERR, 3, "Unknown fix {} keyword {}", style, arg[3]);
   if (modify->get_fix_by_style("^peridem/bonds$").size() > 0)
     error->all(FLERR, 2, "There is a fix {} already: only one is allowed", style);
+  parse(narg, arg);
 
   restart_global = 1;
   restart_peratom = 1;
@@ -69,6 +70,32 @@ FixPeridemBonds::FixPeridemBonds(LAMMPS *lmp, int narg, char **arg) :
   atom->add_callback(Atom::GROW);
   atom->add_callback(Atom::RESTART);
   for (int i = 0; i < atom->nlocal; i++) FixPeridemBonds::set_arrays(i);
+}
+
+/* ----------------------------------------------------------------------
+   cut plane|segment|region ... (any number of them), unbroken group-ID
+------------------------------------------------------------------------- */
+
+void FixPeridemBonds::parse(int narg, char **arg)
+{
+  int iarg = 3;
+  while (iarg < narg) {
+    if (strcmp(arg[iarg], "cut") == 0) {
+      iarg = cuts.add(iarg + 1, narg, arg, style);
+    } else if (strcmp(arg[iarg], "unbroken") == 0) {
+      if (unbroken_bit) error->all(FLERR, iarg, "Repeated fix {} keyword unbroken", style);
+      if (iarg + 1 >= narg) error->all(FLERR, iarg, "Fix {} unbroken needs a group-ID", style);
+      const int igroup_unbroken = group->find(arg[iarg + 1]);
+      if (igroup_unbroken < 0)
+        error->all(FLERR, iarg + 1, "Fix {} unbroken {}: there is no such group", style,
+                   arg[iarg + 1]);
+      unbroken_bit = group->bitmask[igroup_unbroken];
+      iarg += 2;
+    } else {
+      error->all(FLERR, iarg, "Unknown fix {} keyword {}: known are cut, unbroken", style,
+                 arg[iarg]);
+    }
+  }
 }
 
 /* ---------------------------------------------------------------------- */
@@ -402,12 +429,14 @@ void FixPeridemBonds::build_families()
         fresh.push_back(i);
     }
 
+  cuts.init();
   PeridemFamilies finder(
-      lmp, [this](int itype, int jtype) { return material(itype, jtype); }, reach);
+      lmp, [this](int itype, int jtype) { return material(itype, jtype); }, cuts, reach);
   for (const auto &family : finder.build(fresh)) {
     const int i = family.node;
     start[i] = static_cast<bigint>(ptag.size());
-    num[i] = nref[i] = static_cast<int>(family.bonds.size());
+    nref[i] = family.reference;
+    num[i] = static_cast<int>(family.bonds.size());
     wvolume[i] = family.wvolume;
     famvolume[i] = family.volume;
     for (const auto &bond : family.bonds) {
@@ -419,7 +448,7 @@ void FixPeridemBonds::build_families()
   }
 
   longest = MAX(longest, finder.longest());
-  require_ghost_cutoff(finder.longest() * STEP_MARGIN, false);
+  require_ghost_cutoff(finder.longest() * (1.0 + 2.0 * PeridemFamilies::SLACK), false);
   check_families(fresh);
   weights_stale = true;
 }
@@ -441,20 +470,21 @@ void FixPeridemBonds::check_families(const std::vector<int> &fresh)
   for (int i : fresh) size[mol[i]]++;
   MPI_Allreduce(MPI_IN_PLACE, size.data(), static_cast<int>(size.size()), MPI_INT, MPI_SUM, world);
 
-  bigint sums[3] = {0, 0, 0};    // nodes, bonds, lonely nodes of grains with others
+  bigint sums[4] = {0, 0, 0, 0};    // nodes, bonds, lonely nodes of grains with others, cut bonds
   int extremes[2] = {-MAXSMALLINT, 0};
   tagint first_lonely = MAXTAGINT;
   for (int i : fresh) {
     sums[0]++;
-    sums[1] += num[i];
-    extremes[0] = MAX(extremes[0], -num[i]);
-    extremes[1] = MAX(extremes[1], num[i]);
-    if (num[i] == 0 && size[mol[i]] > 1) {
+    sums[1] += nref[i];
+    sums[3] += nref[i] - num[i];
+    extremes[0] = MAX(extremes[0], -nref[i]);
+    extremes[1] = MAX(extremes[1], nref[i]);
+    if (nref[i] == 0 && size[mol[i]] > 1) {
       sums[2]++;
       first_lonely = MIN(first_lonely, atom->tag[i]);
     }
   }
-  MPI_Allreduce(MPI_IN_PLACE, sums, 3, MPI_LMP_BIGINT, MPI_SUM, world);
+  MPI_Allreduce(MPI_IN_PLACE, sums, 4, MPI_LMP_BIGINT, MPI_SUM, world);
   MPI_Allreduce(MPI_IN_PLACE, extremes, 2, MPI_INT, MPI_MAX, world);
   MPI_Allreduce(MPI_IN_PLACE, &first_lonely, 1, MPI_LMP_TAGINT, MPI_MIN, world);
   max_family = MAX(max_family, extremes[1]);
@@ -471,6 +501,7 @@ void FixPeridemBonds::check_families(const std::vector<int> &fresh)
                    "average\n",
                    sums[0], grains, sums[1] / 2, -extremes[0], extremes[1],
                    static_cast<double>(sums[1]) / sums[0]);
+    if (!cuts.empty()) utils::logmesg(lmp, "PERIDEM: {} bonds are cut from the start\n", sums[3] / 2);
   }
 }
 

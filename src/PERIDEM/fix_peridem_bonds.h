@@ -19,6 +19,7 @@ FixStyle(peridem/bonds,FixPeridemBonds);
 #define LMP_FIX_PERIDEM_BONDS_H
 
 #include "fix.h"
+#include "peridem_cut.h"
 #include "peridem_influence.h"
 #include "peridem_stability.h"
 
@@ -82,6 +83,8 @@ class FixPeridemBonds : public Fix {
   std::vector<char> mixed;         // 1 if some bond leads to another type
   double *maxstretch{nullptr};     // largest stretch so far, as a fraction of the critical one
 
+  int unbroken_bit{0};    // bonds between two nodes of this group never break
+
   bigint version{0};    // counts the rebuilds of local indices
 
   // bonds broken since the last reneighbouring, by local index
@@ -112,9 +115,11 @@ class FixPeridemBonds : public Fix {
   bigint natoms_seen{-1};
   bool weights_stale{true};
   PeridemStability stability;
+  PeridemCuts cuts;
 
   const PeridemMaterial *material(int itype, int jtype) const;
   double cell_size(int i) const;
+  void parse(int, char **);
   void find_solids();
   void check_laws();
   void require_ghost_cutoff(double, bool at_init);

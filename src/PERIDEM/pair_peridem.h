@@ -54,6 +54,8 @@ class PairPeridem : public Pair {
   // of owned nodes, in the state of the last force evaluation
   virtual double dilatation(int) const = 0;
   virtual double strain_energy(int) const = 0;
+  // Cauchy stress xx, yy, zz, xy, xz, yz from the force state of the node
+  virtual void stress(int, double *) const = 0;
 
   // largest squared frequency of the bonds, in units of force / (length mass); collective
   double largest_frequency_sq();

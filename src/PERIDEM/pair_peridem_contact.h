@@ -46,7 +46,7 @@ class PairPeridemContact : public Pair {
   void write_restart(FILE *) override;
   void read_restart(FILE *) override;
   void write_restart_settings(FILE *) override {}
-  void read_restart_settings(FILE *) override {}
+  void read_restart_settings(FILE *) override { overlaps_checked = true; }
   double memory_usage() override;
   int pack_forward_comm(int, int *, double *, int, int *) override;
   void unpack_forward_comm(int, int, double *) override;

@@ -235,6 +235,10 @@ double PairPeridemLPS::careful_row(int i)
     const double dx = x[j][0] - x[i][0], dy = x[j][1] - x[i][1], dz = x[j][2] - x[i][2];
     const double R = bonds->length[k];
     const double s = (std::sqrt(dx * dx + dy * dy + dz * dz) - R) / R;
+    if (atom->mask[i] & atom->mask[j] & bonds->unbroken_bit) {
+      k++;
+      continue;
+    }
     const auto &mat = material(type[i], type[j]);
     const double reached = (mat.break_both ? std::fabs(s) : s) / mat.s0;
     if (reached > bonds->maxstretch[i]) bonds->maxstretch[i] = reached;
@@ -276,6 +280,36 @@ double PairPeridemLPS::strain_energy(int i) const
   const auto &own = material(atom->type[i], atom->type[i]);
   return 0.5 * (own.lambda() - own.shear) * theta[i] * theta[i] * atom->vfrac[i] +
       0.5 * own.extension_modulus() / m * sum;
+}
+
+/* ----------------------------------------------------------------------
+   sigma_i = 1/J sum t_i v V_j n (x) (x_j - x_i), with J = 1 + theta: for a uniform deformation of
+   a whole family this is the classical Cauchy stress as far as the quadrature of the family goes
+   (force state of Silling et al. 2007, collapsed as by Silling & Lehoucq 2008)
+------------------------------------------------------------------------- */
+
+void PairPeridemLPS::stress(int i, double *sigma) const
+{
+  for (int k = 0; k < 6; k++) sigma[k] = 0.0;
+  if (!theta || !(bonds->wvolume[i] > 0.0)) return;
+  double **x = atom->x;
+  for (bigint k = bonds->start[i]; k < bonds->start[i] + bonds->num[i]; k++) {
+    const double *const xj = x[bonds->partner[k]];
+    const double dx = xj[0] - x[i][0], dy = xj[1] - x[i][1], dz = xj[2] - x[i][2];
+    const double r = std::sqrt(dx * dx + dy * dy + dz * dz + TINY);
+    const double R = bonds->length[k];
+    const double t = bonds->weight[k] * (pressure[i] * R + stiffness[i] * (r - R)) / r;
+    sigma[0] += t * dx * dx;
+    sigma[1] += t * dy * dy;
+    sigma[2] += t * dz * dz;
+    sigma[3] += t * dx * dy;
+    sigma[4] += t * dx * dz;
+    sigma[5] += t * dy * dz;
+  }
+  const double J = 1.0 + theta[i];
+  for (int k = 0; k < 6; k++) sigma[k] /= atom->vfrac[i] * (J > 0.0 ? J : 1.0);
+  const auto &own = material(atom->type[i], atom->type[i]);
+  if (own.plane == PeridemMaterial::STRAIN) sigma[2] = own.poisson() * (sigma[0] + sigma[1]);
 }
 
 /* ----------------------------------------------------------------------

@@ -35,6 +35,7 @@ class PairPeridemLPS : public PairPeridem {
   void compute(int, int) override;
   double dilatation(int i) const override { return theta ? theta[i] : 0.0; }
   double strain_energy(int) const override;
+  void stress(int, double *) const override;
   double memory_usage() override;
 
  protected:

@@ -16,6 +16,7 @@
 #include "peridem_families.h"
 
 #include "peridem_cells.h"
+#include "peridem_cut.h"
 #include "peridem_material.h"
 
 #include "atom.h"
@@ -47,8 +48,9 @@ struct PeridemFamilies::Node {
 
 /* ---------------------------------------------------------------------- */
 
-PeridemFamilies::PeridemFamilies(LAMMPS *lmp, MaterialOf _material, double _reach) :
-    Pointers(lmp), material(std::move(_material)), reach(_reach)
+PeridemFamilies::PeridemFamilies(LAMMPS *lmp, MaterialOf _material, const PeridemCuts &_cuts,
+                                 double _reach) :
+    Pointers(lmp), material(std::move(_material)), cuts(_cuts), reach(_reach)
 {
 }
 
@@ -79,6 +81,7 @@ std::vector<PeridemFamilies::Family> PeridemFamilies::build(const std::vector<in
     family.node = static_cast<int>(found[m++]);
     family.wvolume = found[m++];
     family.volume = found[m++];
+    family.reference = static_cast<int>(found[m++]);
     family.bonds.resize(static_cast<std::size_t>(found[m++]));
     for (auto &bond : family.bonds) {
       bond.tag = static_cast<tagint>(found[m++]);
@@ -223,11 +226,32 @@ void PeridemFamilies::families_of_block(const Node *first, const Node *last,
       longest_now = std::max(longest_now, std::sqrt(dx * dx + dy * dy + dz * dz));
     }
 
+    const auto reference = static_cast<double>(row.size());
+    if (!cuts.empty())
+      row.erase(std::remove_if(row.begin(), row.end(),
+                               [&](const auto &entry) { return is_cut(*node, *entry.second); }),
+                row.end());
     auto &answer = answers[static_cast<int>(node->owner)];
-    answer.insert(answer.end(), {node->local, wvolume, volume, static_cast<double>(row.size())});
+    answer.insert(answer.end(),
+                  {node->local, wvolume, volume, reference, static_cast<double>(row.size())});
     for (const auto &entry : row)
       answer.insert(answer.end(), {static_cast<double>(entry.first.tag), entry.first.length});
   }
+}
+
+/* ----------------------------------------------------------------------
+   seen from the lower ID, so that both ends of a bond find the same
+------------------------------------------------------------------------- */
+
+bool PeridemFamilies::is_cut(const Node &node, const Node &other) const
+{
+  double d[3];
+  const bool lower = node.tag < other.tag;
+  for (int k = 0; k < 3; k++) {
+    d[k] = (other.X[k] - node.X[k]) + other.shift[k];
+    if (!lower) d[k] = -d[k];
+  }
+  return cuts.crosses(lower ? node.X : other.X, d);
 }
 
 /* ---------------------------------------------------------------------- */

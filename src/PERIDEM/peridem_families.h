@@ -34,13 +34,14 @@ class PeridemFamilies : protected Pointers {
     int node;            // local index
     double wvolume;      // weighted volume
     double volume;       // sum of v_ij V_j
-    std::vector<Bond> bonds;    // by increasing tag
+    int reference;       // bonds that the family has without the cuts
+    std::vector<Bond> bonds;    // those that no cut crosses, by increasing tag
   };
   // the material of bonds between two types, null where there are none
   using MaterialOf = std::function<const PeridemMaterial *(int, int)>;
 
   // reach: no bond is longer
-  PeridemFamilies(class LAMMPS *, MaterialOf, double reach);
+  PeridemFamilies(class LAMMPS *, MaterialOf, const class PeridemCuts &, double reach);
 
   // families of owned nodes among each other's grains; collective
   std::vector<Family> build(const std::vector<int> &nodes);
@@ -55,11 +56,13 @@ class PeridemFamilies : protected Pointers {
  private:
   struct Node;
   MaterialOf material;
+  const PeridemCuts &cuts;
   double reach;
   double longest_now{0.0};
 
   std::vector<std::vector<double>> send_nodes(const std::vector<int> &) const;
   void send_images(int i, std::vector<std::vector<double>> &) const;
+  bool is_cut(const Node &, const Node &) const;
   int rank_of_block(tagint mol, const double *block) const;
   void families_of_block(const Node *first, const Node *last,
                          std::vector<std::vector<double>> &answers);

@@ -10,7 +10,7 @@
 ------------------------------------------------------------------------- */
 
 // What pair_coeff says of a solid: elastic moduli, horizon, strength, and the constants of the
-// linear peridynamic solid that follow from them.
+// linear peridynamic solid or of the bond-based solid that follow from them.
 
 #ifndef LMP_PERIDEM_MATERIAL_H
 #define LMP_PERIDEM_MATERIAL_H
@@ -20,15 +20,20 @@
 #include "pointers.h"
 
 #include <cstdio>
+#include <map>
 #include <string>
 
 namespace LAMMPS_NS {
 
 struct PeridemMaterial {
-  enum Plane { THREE_D, STRAIN, STRESS, JHA };
+  enum Model { LPS, PMB };
+  enum Potential { BRITTLE, ELASTIC, RNP };    // of the bond-based solid
+  enum Plane { AS_TYPES = -1, THREE_D, STRAIN, STRESS, JHA };    // AS_TYPES: for I != J only
   enum Strength { UNSET, GC, S0, UNBREAKABLE };
   enum Volume { TAPER, FULL };
 
+  int model{LPS};
+  int potential{BRITTLE};
   double bulk{0.0}, shear{0.0};    // 0 = not given (allowed for I != J only)
   double horizon{0.0};             // 0 = not given (allowed for I != J only)
   int strength{UNSET};
@@ -50,10 +55,20 @@ struct PeridemMaterial {
   double extension_modulus() const { return dim() * (dim() + 2) * shear; }
   double viscous_modulus() const { return dim() * (dim() + 2) * viscosity; }
 
+  // The bond-based solid pulls a bond with c w s v V_i V_j; it is the solid with lambda' = G. The
+  // regularised potential is C (1 - exp(-beta R s^2)) with 2 C beta = c; s0 is the stretch at which
+  // a bond as long as the horizon pulls hardest.
+  double micromodulus() const;
+  void moduli_from_micromodulus(double c);
+  double rnp_beta() const { return 0.5 / (horizon * s0 * s0); }
+  double rnp_depth() const { return micromodulus() * horizon * s0 * s0; }
+
   double poisson() const { return (3.0 * bulk - 2.0 * shear) / (2.0 * (3.0 * bulk + shear)); }
 
   // critical stretch that spends Gc per unit of crack area, for any influence function
   double stretch_from_gc() const;
+  // and the energy that it spends
+  double gc_from_stretch() const;
 
   // partial-volume factor of a cell of size h at distance R
   double volume_factor(double R, double h) const
@@ -74,22 +89,44 @@ struct PeridemMaterial {
 
 class PeridemMaterialParser : protected Pointers {
  public:
-  PeridemMaterialParser(class LAMMPS *, const std::string &style, int iarg0);
+  PeridemMaterialParser(class LAMMPS *, const std::string &style, int iarg0,
+                        int model = PeridemMaterial::LPS);
   PeridemMaterial parse(int narg, char **arg, bool one_type);
 
  private:
+  enum { YOUNG, BULK, SHEAR, POISSON, NMODULI };
+  static const char *const modulus_names[NMODULI];
+
   std::string style;
-  int iarg0;
+  int iarg0, model;
   int narg{0};
   char **arg{nullptr};
 
+  // what one pair_coeff has said so far
+  PeridemMaterial mat;
+  std::map<std::string, int> seen;    // keyword and where it stands
+  double given[NMODULI];
+  int where[NMODULI];                  // -1 = not given
+  double micromodulus;                 // keyword c
+  double rnp[2];                       // C and beta, 0 = not given
+
+  void clear();
+  int keyword(int iarg);
+  int pmb_keyword(int iarg);
+  std::string known() const;
   double positive(int iarg, const std::string &keyword);
   double non_negative(int iarg, const std::string &keyword);
   void need(int iarg, int nvalues);
-  int influence(int iarg, PeridemMaterial &);
-  int volume(int iarg, PeridemMaterial &);
-  void plane(int iarg, PeridemMaterial &);
-  void moduli(const double *given, const int *where, PeridemMaterial &, bool required);
+  void check_strength(int iarg);
+  void strength(int iarg);
+  int influence(int iarg);
+  int volume(int iarg);
+  int potential(int iarg);
+  void plane(int iarg);
+  void breaking(int iarg);
+  void moduli(bool required);
+  void pmb_moduli(bool required);
+  void pmb_strength(bool required);
 };
 
 }    // namespace LAMMPS_NS
