@@ -38,9 +38,11 @@ static const std::vector<std::string> field_names = {
     "fragment", "sxx",     "syy",        "szz",    "sxy",   "sxz", "syz"};
 
 // A node belongs to the surface when the mean direction to the nodes of its family is at least this
-// long. In families that reach three node spacings it is 0.46 to 0.60 at flat faces and corners
-// of the first layer, below 0.40 in the second, 0 inside.
-static constexpr double ONE_SIDED = 0.43;
+// long. On square and cubic lattices with horizons of 2 to 4 spacings it is 0.43 to 0.53 (2d) and
+// 0.32 to 0.41 (3d) in the first layer of a flat face, more on edges, and at most 0.31 (2d) and
+// 0.22 (3d) in the second layer.
+static constexpr double ONE_SIDED_2D = 0.38;
+static constexpr double ONE_SIDED_3D = 0.28;
 
 /* ---------------------------------------------------------------------- */
 
@@ -184,7 +186,7 @@ double ComputePeridemAtom::surface(int i) const
   }
   const double length =
       std::sqrt(mean[0] * mean[0] + mean[1] * mean[1] + mean[2] * mean[2]) / bonds->num[i];
-  return length > ONE_SIDED ? 1.0 : 0.0;
+  return length > (domain->dimension == 2 ? ONE_SIDED_2D : ONE_SIDED_3D) ? 1.0 : 0.0;
 }
 
 /* ---------------------------------------------------------------------- */
