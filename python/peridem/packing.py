@@ -281,7 +281,7 @@ def _fall(turned: Outline, x: float, floor: float, near: _Neighbours, padding: f
     y = max([floor, *(near.top(j) + turned.reach + padding for j in below)])
     while y > floor:
         here = turned.placed((x, y))
-        gap = min((here.distance(near.placed[j]) for j in below), default=math.inf) - padding
+        gap = near.gap((x, y), here, below) - padding
         if gap <= tolerance:
             break
         y = max(floor, y - gap)  # no point of the outline moves further than the gap
@@ -295,10 +295,12 @@ class _Neighbours:
         self.placed: list[Outline] = []
         self._centre: list[ArrayLike] = []
         self._radius: list[float] = []
+        self._bounds: list[Box] = []
 
     def add(self, position: ArrayLike, placed: Outline) -> None:
         self._centre.append(np.array(position))
         self._radius.append(_reach_from(position, placed))
+        self._bounds.append(placed.bounds)
         self.placed.append(placed)
 
     def of(self, position: ArrayLike, placed: Outline, within: float) -> list[int]:
@@ -314,14 +316,26 @@ class _Neighbours:
         near = self.of(position, placed, padding)
         return all(placed.distance(self.placed[j]) >= padding for j in near)
 
+    def gap(self, position: ArrayLike, placed: Outline, among: list[int]) -> float:
+        """Smallest distance to the outlines of the given numbers; inf if there are none."""
+        if not among:
+            return math.inf
+        away = np.hypot(*(np.array([self._centre[j] for j in among]) - position).T)
+        reach = np.array([self._radius[j] for j in among]) + _reach_from(position, placed)
+        best = math.inf
+        for least, j in sorted(zip((away - reach).tolist(), among, strict=True)):
+            if least >= best:
+                break  # the circles around the others are further away already
+            best = min(best, placed.distance(self.placed[j]))
+        return best
+
     def under(self, x: float, turned: Outline, padding: float) -> list[int]:
         """Numbers of the outlines that one at the height of the origin may meet as it falls."""
         low, high = turned.bounds[0] + x - padding, turned.bounds[1] + x + padding
-        bounds = [outline.bounds for outline in self.placed]
-        return [j for j, b in enumerate(bounds) if b[1] > low and b[0] < high]
+        return [j for j, b in enumerate(self._bounds) if b[1] > low and b[0] < high]
 
     def top(self, j: int) -> float:
-        return self.placed[j].bounds[3]
+        return self._bounds[j][3]
 
 
 def _reach_from(position: ArrayLike, placed: Outline) -> float:

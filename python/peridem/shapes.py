@@ -120,7 +120,15 @@ class Outline:
         _positive(self.name, "scale", scale)
         c, s = math.cos(angle), math.sin(angle)
         vertices = scale * self.vertices @ np.array([[c, s], [-s, c]]) + np.asarray(position, float)
-        return Outline(self.name, vertices, scale * self.radius)
+        vertices.setflags(write=False)
+        placed = object.__new__(Outline)  # as valid as this one: not checked again
+        for what, value in (
+            ("name", self.name),
+            ("vertices", vertices),
+            ("radius", scale * self.radius),
+        ):
+            object.__setattr__(placed, what, value)
+        return placed
 
     def boundary(self, spacing: float) -> Array:
         """Points along the outline, (n, 2), counter-clockwise, about ``spacing`` apart.
