@@ -29,8 +29,8 @@
 using namespace LAMMPS_NS;
 using MathConst::MY_PI;
 
-enum { YOUNG, BULK, SHEAR, POISSON, NMODULI };
-static const char *const modulus_names[NMODULI] = {"young", "bulk", "shear", "poisson"};
+const char *const PeridemMaterialParser::modulus_names[NMODULI] = {"young", "bulk", "shear",
+                                                                   "poisson"};
 
 /* ---------------------------------------------------------------------- */
 
@@ -38,6 +38,61 @@ double PeridemMaterial::lambda() const
 {
   const double lame = bulk - 2.0 * shear / 3.0;
   return plane == STRESS ? 2.0 * lame * shear / (lame + 2.0 * shear) : lame;
+}
+
+/* ----------------------------------------------------------------------
+   Under an isotropic extension s the bonds hold c s^2/4 int w R dV per volume, the classical solid
+   d^2 kappa s^2/2 with kappa = lambda' + 2 G/d. Pair forces make lambda' = G, so that
+   c int w R dV = 2 d (d + 2) G, for any influence function.
+------------------------------------------------------------------------- */
+
+static double length_integral(const PeridemMaterial &mat)
+{
+  const double h = mat.horizon;
+  return mat.dim() == 3 ? 4.0 * MY_PI * h * h * h * h * mat.influence.moment(3)
+                        : 2.0 * MY_PI * h * h * h * mat.influence.moment(2);
+}
+
+/* ---------------------------------------------------------------------- */
+
+double PeridemMaterial::micromodulus() const
+{
+  return 2.0 * dim() * (dim() + 2) * shear / length_integral(*this);
+}
+
+/* ---------------------------------------------------------------------- */
+
+static double bond_based_poisson(int plane)
+{
+  return plane == PeridemMaterial::STRESS ? 1.0 / 3.0 : 0.25;
+}
+
+/* ---------------------------------------------------------------------- */
+
+void PeridemMaterial::moduli_from_micromodulus(double c)
+{
+  const double nu = bond_based_poisson(plane);
+  shear = c * length_integral(*this) / (2.0 * dim() * (dim() + 2));
+  bulk = 2.0 * shear * (1.0 + nu) / (3.0 * (1.0 - 2.0 * nu));
+}
+
+/* ----------------------------------------------------------------------
+   The energy of all bonds that cross a unit of plane is Gc. Bonds of the bond-based solid hold
+   c w R s0^2/2 each; with the regularised potential a bond pulled apart has taken C w = c w h s0^2.
+------------------------------------------------------------------------- */
+
+static double pmb_stretch_from_gc(const PeridemMaterial &mat)
+{
+  const double h = mat.horizon, c = mat.micromodulus();
+  const auto &w = mat.influence;
+  double energy;    // for s0 = 1
+  if (mat.potential == PeridemMaterial::RNP)
+    energy = mat.dim() == 3 ? MY_PI * c * h * w.moment(3) * std::pow(h, 4)
+                            : 2.0 * c * h * w.moment(2) * std::pow(h, 3);
+  else
+    energy = mat.dim() == 3 ? 0.5 * MY_PI * c * w.moment(4) * std::pow(h, 5)
+                            : c * w.moment(3) * std::pow(h, 4);
+  return std::sqrt(mat.gc / energy);
 }
 
 /* ----------------------------------------------------------------------
@@ -49,6 +104,7 @@ double PeridemMaterial::lambda() const
 
 double PeridemMaterial::stretch_from_gc() const
 {
+  if (model == PMB) return pmb_stretch_from_gc(*this);
   if (plane == JHA) {
     const double factor = 81.0 / 256.0;    // (3/4)^4
     return std::sqrt(gc / ((3.0 * shear + factor * (bulk - 5.0 * shear / 3.0)) * horizon));
@@ -87,8 +143,9 @@ void PeridemMaterial::read_restart(FILE *fp, LAMMPS *lmp)
 
 /* ---------------------------------------------------------------------- */
 
-PeridemMaterialParser::PeridemMaterialParser(LAMMPS *lmp, const std::string &_style, int _iarg0) :
-    Pointers(lmp), style(_style), iarg0(_iarg0)
+PeridemMaterialParser::PeridemMaterialParser(LAMMPS *lmp, const std::string &_style, int _iarg0,
+                                             int _model) :
+    Pointers(lmp), style(_style), iarg0(_iarg0), model(_model)
 {
 }
 
@@ -101,76 +158,139 @@ PeridemMaterial PeridemMaterialParser::parse(int _narg, char **_arg, bool one_ty
 {
   narg = _narg;
   arg = _arg;
-
-  PeridemMaterial mat;
-  mat.plane = domain->dimension == 3 ? PeridemMaterial::THREE_D : PeridemMaterial::STRAIN;
-  double given[NMODULI];
-  int where[NMODULI] = {-1, -1, -1, -1};
-  std::map<std::string, int> seen;
-  const double infinite = std::numeric_limits<double>::infinity();
+  clear();
+  if (domain->dimension == 2)
+    mat.plane = one_type ? PeridemMaterial::STRAIN : PeridemMaterial::AS_TYPES;
 
   int iarg = 0;
   while (iarg < narg) {
     const std::string key = arg[iarg];
-    // the three strengths exclude each other
-    const bool strength = key == "gc" || key == "s0" || key == "unbreakable";
-    if (seen.count(key))
-      error->all(FLERR, iarg0 + iarg, "Repeated {} keyword {}", style, key);
-    if (strength && mat.strength != PeridemMaterial::UNSET)
-      error->all(FLERR, iarg0 + iarg, "{} takes only one of gc, s0, unbreakable: {} is one too many",
-                 style, key);
+    if (seen.count(key)) error->all(FLERR, iarg0 + iarg, "Repeated {} keyword {}", style, key);
+    check_strength(iarg);
     seen[key] = iarg;
-
-    int modulus = -1;
-    for (int k = 0; k < NMODULI; k++)
-      if (key == modulus_names[k]) modulus = k;
-
-    int used = 2;
-    if (modulus >= 0) {
-      need(iarg, 1);
-      given[modulus] = utils::numeric(FLERR, arg[iarg + 1], false, lmp);
-      where[modulus] = iarg;
-    } else if (key == "horizon") {
-      mat.horizon = positive(iarg, key);
-    } else if (key == "gc") {
-      mat.gc = positive(iarg, key);
-      mat.strength = PeridemMaterial::GC;
-    } else if (key == "s0") {
-      mat.s0 = positive(iarg, key);
-      mat.strength = PeridemMaterial::S0;
-    } else if (key == "unbreakable") {
-      mat.s0 = infinite;
-      mat.strength = PeridemMaterial::UNBREAKABLE;
-      used = 1;
-    } else if (key == "viscosity") {
-      mat.viscosity = non_negative(iarg, key);
-    } else if (key == "influence") {
-      used = influence(iarg, mat);
-    } else if (key == "plane") {
-      plane(iarg, mat);
-    } else if (key == "volume") {
-      used = volume(iarg, mat);
-    } else if (key == "break") {
-      need(iarg, 1);
-      const std::string value = arg[iarg + 1];
-      if (value != "tension" && value != "both")
-        error->all(FLERR, iarg0 + iarg + 1, "{} break {}: must be tension or both", style, value);
-      mat.break_both = value == "both";
-    } else {
-      error->all(FLERR, iarg0 + iarg,
-                 "Unknown {} keyword {}: known are young, bulk, shear, poisson, horizon, gc, s0, "
-                 "unbreakable, viscosity, influence, plane, volume, break",
-                 style, key);
-    }
-    iarg += used;
+    iarg += keyword(iarg);
   }
 
-  moduli(given, where, mat, one_type);
+  if (model == PeridemMaterial::PMB)
+    pmb_moduli(one_type);
+  else
+    moduli(one_type);
   if (one_type && mat.horizon == 0.0)
     error->all(FLERR, Error::ARGZERO, "{} needs the keyword horizon", style);
+  if (model == PeridemMaterial::PMB) pmb_strength(one_type);
   if (one_type && mat.strength == PeridemMaterial::UNSET)
     error->all(FLERR, Error::ARGZERO, "{} needs one of the keywords gc, s0, unbreakable", style);
   return mat;
+}
+
+/* ---------------------------------------------------------------------- */
+
+void PeridemMaterialParser::clear()
+{
+  mat = PeridemMaterial();
+  mat.model = model;
+  seen.clear();
+  for (int k = 0; k < NMODULI; k++) where[k] = -1;
+  micromodulus = rnp[0] = rnp[1] = 0.0;
+}
+
+/* ----------------------------------------------------------------------
+   read the keyword at iarg; returns how many words it takes
+------------------------------------------------------------------------- */
+
+int PeridemMaterialParser::keyword(int iarg)
+{
+  const std::string key = arg[iarg];
+  if (model == PeridemMaterial::PMB) {
+    const int used = pmb_keyword(iarg);
+    if (used) return used;
+  }
+  for (int k = 0; k < NMODULI; k++)
+    if (key == modulus_names[k]) {
+      need(iarg, 1);
+      given[k] = utils::numeric(FLERR, arg[iarg + 1], false, lmp);
+      where[k] = iarg;
+      return 2;
+    }
+
+  if (key == "influence") return influence(iarg);
+  if (key == "volume") return volume(iarg);
+  if (key == "horizon") {
+    mat.horizon = positive(iarg, key);
+  } else if (key == "gc" || key == "s0") {
+    strength(iarg);
+  } else if (key == "unbreakable") {
+    strength(iarg);
+    return 1;
+  } else if (key == "viscosity") {
+    mat.viscosity = non_negative(iarg, key);
+  } else if (key == "plane") {
+    plane(iarg);
+  } else if (key == "break") {
+    breaking(iarg);
+  } else {
+    error->all(FLERR, iarg0 + iarg, "Unknown {} keyword {}: known are {}", style, key, known());
+  }
+  return 2;
+}
+
+/* ----------------------------------------------------------------------
+   keywords of the bond-based solid alone; 0 = none of them
+------------------------------------------------------------------------- */
+
+int PeridemMaterialParser::pmb_keyword(int iarg)
+{
+  const std::string key = arg[iarg];
+  if (key == "potential") return potential(iarg);
+  if (key == "c") {
+    micromodulus = positive(iarg, key);
+    return 2;
+  }
+  if (key == "shear" || key == "poisson")
+    error->all(FLERR, iarg0 + iarg,
+               "{} keyword {}: Poisson's ratio of a bond-based solid is 1/4 (1/3 in plane stress), "
+               "so one of young, bulk, c is enough",
+               style, key);
+  return 0;
+}
+
+/* ---------------------------------------------------------------------- */
+
+std::string PeridemMaterialParser::known() const
+{
+  const std::string first =
+      model == PeridemMaterial::PMB ? "young, bulk, c, potential" : "young, bulk, shear, poisson";
+  return first + ", horizon, gc, s0, unbreakable, viscosity, influence, plane, volume, break";
+}
+
+/* ----------------------------------------------------------------------
+   the three strengths exclude each other
+------------------------------------------------------------------------- */
+
+void PeridemMaterialParser::check_strength(int iarg)
+{
+  const std::string key = arg[iarg];
+  const bool strength = key == "gc" || key == "s0" || key == "unbreakable";
+  if (strength && mat.strength != PeridemMaterial::UNSET)
+    error->all(FLERR, iarg0 + iarg, "{} takes only one of gc, s0, unbreakable: {} is one too many",
+               style, key);
+}
+
+/* ---------------------------------------------------------------------- */
+
+void PeridemMaterialParser::strength(int iarg)
+{
+  const std::string key = arg[iarg];
+  if (key == "gc") {
+    mat.gc = positive(iarg, key);
+    mat.strength = PeridemMaterial::GC;
+  } else if (key == "s0") {
+    mat.s0 = positive(iarg, key);
+    mat.strength = PeridemMaterial::S0;
+  } else {
+    mat.s0 = std::numeric_limits<double>::infinity();
+    mat.strength = PeridemMaterial::UNBREAKABLE;
+  }
 }
 
 /* ---------------------------------------------------------------------- */
@@ -206,7 +326,7 @@ double PeridemMaterialParser::non_negative(int iarg, const std::string &keyword)
 
 /* ---------------------------------------------------------------------- */
 
-int PeridemMaterialParser::influence(int iarg, PeridemMaterial &mat)
+int PeridemMaterialParser::influence(int iarg)
 {
   need(iarg, 1);
   const std::string value = arg[iarg + 1];
@@ -230,7 +350,7 @@ int PeridemMaterialParser::influence(int iarg, PeridemMaterial &mat)
 
 /* ---------------------------------------------------------------------- */
 
-void PeridemMaterialParser::plane(int iarg, PeridemMaterial &mat)
+void PeridemMaterialParser::plane(int iarg)
 {
   need(iarg, 1);
   const std::string value = arg[iarg + 1];
@@ -240,16 +360,56 @@ void PeridemMaterialParser::plane(int iarg, PeridemMaterial &mat)
     mat.plane = PeridemMaterial::STRAIN;
   } else if (value == "stress") {
     mat.plane = PeridemMaterial::STRESS;
-  } else if (value == "jha") {
+  } else if (value == "jha" && model == PeridemMaterial::LPS) {
     mat.plane = PeridemMaterial::JHA;
   } else {
-    error->all(FLERR, iarg0 + iarg + 1, "{} plane {}: must be strain, stress or jha", style, value);
+    error->all(FLERR, iarg0 + iarg + 1, "{} plane {}: must be {}", style, value,
+               model == PeridemMaterial::PMB ? "strain or stress" : "strain, stress or jha");
   }
 }
 
 /* ---------------------------------------------------------------------- */
 
-int PeridemMaterialParser::volume(int iarg, PeridemMaterial &mat)
+void PeridemMaterialParser::breaking(int iarg)
+{
+  need(iarg, 1);
+  const std::string value = arg[iarg + 1];
+  if (value != "tension" && value != "both")
+    error->all(FLERR, iarg0 + iarg + 1, "{} break {}: must be tension or both", style, value);
+  mat.break_both = value == "both";
+}
+
+/* ----------------------------------------------------------------------
+   C and beta of rnp may be left out: then they follow from a modulus and the strength
+------------------------------------------------------------------------- */
+
+int PeridemMaterialParser::potential(int iarg)
+{
+  need(iarg, 1);
+  const std::string value = arg[iarg + 1];
+  if (value == "pmb") {
+    mat.potential = PeridemMaterial::BRITTLE;
+  } else if (value == "elastic") {
+    mat.potential = PeridemMaterial::ELASTIC;
+  } else if (value == "rnp") {
+    mat.potential = PeridemMaterial::RNP;
+    if (iarg + 2 < narg && utils::is_double(arg[iarg + 2])) {
+      rnp[0] = positive(iarg + 1, "potential rnp C");
+      if (iarg + 3 >= narg)
+        error->all(FLERR, iarg0 + iarg, "{} potential rnp takes C and beta, or neither", style);
+      rnp[1] = positive(iarg + 2, "potential rnp C beta");
+      return 4;
+    }
+  } else {
+    error->all(FLERR, iarg0 + iarg + 1, "{} potential {}: must be pmb, elastic or rnp [C beta]",
+               style, value);
+  }
+  return 2;
+}
+
+/* ---------------------------------------------------------------------- */
+
+int PeridemMaterialParser::volume(int iarg)
 {
   need(iarg, 1);
   const std::string value = arg[iarg + 1];
@@ -272,8 +432,7 @@ int PeridemMaterialParser::volume(int iarg, PeridemMaterial &mat)
    bulk and shear modulus from any two of young, bulk, shear, poisson
 ------------------------------------------------------------------------- */
 
-void PeridemMaterialParser::moduli(const double *given, const int *where, PeridemMaterial &mat,
-                                   bool required)
+void PeridemMaterialParser::moduli(bool required)
 {
   int count = 0;
   std::string names;
@@ -323,4 +482,66 @@ void PeridemMaterialParser::moduli(const double *given, const int *where, Peride
                "{}: {} belong to no stable solid (Poisson's ratio would be {:.4g}: must be > -1 "
                "and < 0.5)",
                style, names, ratio);
+}
+
+/* ----------------------------------------------------------------------
+   bulk and shear modulus of the bond-based solid from one of young, bulk, c, C and beta
+------------------------------------------------------------------------- */
+
+void PeridemMaterialParser::pmb_moduli(bool required)
+{
+  const bool hasE = where[YOUNG] >= 0, hasK = where[BULK] >= 0;
+  const int count = hasE + hasK + (micromodulus > 0.0) + (rnp[0] > 0.0);
+  if (count == 0 && !required) return;
+  if (count != 1)
+    error->all(FLERR, Error::ARGZERO,
+               "{} needs one of young, bulk, c{}; given: {}", style,
+               mat.potential == PeridemMaterial::RNP ? ", or C and beta of potential rnp" : "",
+               count);
+
+  if (hasE) given[YOUNG] = positive(where[YOUNG], modulus_names[YOUNG]);
+  if (hasK) given[BULK] = positive(where[BULK], modulus_names[BULK]);
+  // between two types: the plane of the two is known later, and with it the moduli
+  if (mat.plane == PeridemMaterial::AS_TYPES)
+    error->all(FLERR, Error::ARGZERO,
+               "{} with a modulus of its own between two types needs the keyword plane", style);
+  if (!hasE && !hasK) {
+    if (mat.horizon == 0.0)
+      error->all(FLERR, Error::ARGZERO, "{} needs the keyword horizon", style);
+    mat.moduli_from_micromodulus(rnp[0] > 0.0 ? 2.0 * rnp[0] * rnp[1] : micromodulus);
+    return;
+  }
+  const double nu = bond_based_poisson(mat.plane);
+  mat.bulk = hasK ? given[BULK] : given[YOUNG] / (3.0 * (1.0 - 2.0 * nu));
+  mat.shear = 1.5 * mat.bulk * (1.0 - 2.0 * nu) / (1.0 + nu);
+}
+
+/* ----------------------------------------------------------------------
+   elastic bonds never break; C and beta of rnp say where bonds soften
+------------------------------------------------------------------------- */
+
+void PeridemMaterialParser::pmb_strength(bool required)
+{
+  const bool limited = mat.strength == PeridemMaterial::GC || mat.strength == PeridemMaterial::S0;
+  if (mat.potential == PeridemMaterial::ELASTIC) {
+    if (limited)
+      error->all(FLERR, Error::ARGZERO,
+                 "{} potential elastic never breaks: it takes neither gc nor s0", style);
+    mat.s0 = std::numeric_limits<double>::infinity();
+    mat.strength = PeridemMaterial::UNBREAKABLE;
+  }
+  if (mat.potential != PeridemMaterial::RNP) return;
+
+  if (rnp[0] > 0.0) {
+    if (limited)
+      error->all(FLERR, Error::ARGZERO,
+                 "{} potential rnp C beta has its strength from C and beta: it takes neither gc nor "
+                 "s0",
+                 style);
+    mat.s0 = std::sqrt(0.5 / (rnp[1] * mat.horizon));
+    if (mat.strength == PeridemMaterial::UNSET) mat.strength = PeridemMaterial::S0;
+  } else if (!limited && (required || mat.strength == PeridemMaterial::UNBREAKABLE)) {
+    error->all(FLERR, Error::ARGZERO,
+               "{} potential rnp needs gc or s0, from which C and beta follow, or C and beta", style);
+  }
 }

@@ -67,8 +67,6 @@ struct PeridemMaterial {
 
   // critical stretch that spends Gc per unit of crack area, for any influence function
   double stretch_from_gc() const;
-  // and the energy that it spends
-  double gc_from_stretch() const;
 
   // partial-volume factor of a cell of size h at distance R
   double volume_factor(double R, double h) const
@@ -105,10 +103,10 @@ class PeridemMaterialParser : protected Pointers {
   // what one pair_coeff has said so far
   PeridemMaterial mat;
   std::map<std::string, int> seen;    // keyword and where it stands
-  double given[NMODULI];
-  int where[NMODULI];                  // -1 = not given
-  double micromodulus;                 // keyword c
-  double rnp[2];                       // C and beta, 0 = not given
+  double given[NMODULI] = {};
+  int where[NMODULI] = {};      // -1 = not given
+  double micromodulus{0.0};     // keyword c, 0 = not given
+  double rnp[2] = {};           // C and beta of the regularised potential, 0 = not given
 
   void clear();
   int keyword(int iarg);
