@@ -46,7 +46,7 @@ def test_mesh_is_made_and_read_back(tmp_path):
     assert again.stdout.split("smallest")[0] == made.stdout.split("smallest")[0]
 
 
-def test_errors_are_one_line_and_exit_1(tmp_path):
+def test_errors_are_one_line_and_exit_1(tmp_path, capsys):
     for arguments, words in (
         (("mesh", "blob"), "no shape 'blob'"),
         (("mesh", tmp_path / "none.msh"), "no mesh file"),
@@ -54,10 +54,10 @@ def test_errors_are_one_line_and_exit_1(tmp_path):
         (("render", tmp_path), "scene.json"),
         (("plot", tmp_path), "scene.json"),
     ):
-        ended = peridem(*arguments)
-        assert ended.returncode == 1
-        assert words in ended.stderr and len(ended.stderr.splitlines()) == 1
-        assert ended.stdout == ""
+        assert main([str(argument) for argument in arguments]) == 1
+        shown = capsys.readouterr()
+        assert words in shown.err and len(shown.err.splitlines()) == 1
+        assert shown.out == ""
 
 
 def test_a_scene_is_run_plotted_and_drawn(tmp_path, lmp):

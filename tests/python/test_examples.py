@@ -77,8 +77,8 @@ def test_compression_only_writes_when_asked_to(tmp_path):
 
 def test_first_script_breaks_discs(tmp_path, lmp):
     text = (EXAMPLES / "first_script" / "in.grains").read_text()
-    (tmp_path / "in.grains").write_text(re.sub(r"(?m)^run .*", "run 5000", text))
-    run.run(tmp_path, ranks=2, lmp=lmp, quiet=True)
+    (tmp_path / "in.grains").write_text(re.sub(r"(?m)^run .*", "run 4000", text))
+    run.run(tmp_path, lmp=lmp, quiet=True)
     table = results.thermo(tmp_path / run.LOG)
     by_time = dict(zip(table["Step"], table["f_lid[2]"], strict=True))
     assert by_time[0] == 0.0
