@@ -19,14 +19,16 @@
 #include "pair_peridem_contact.h"
 #include "peridem_grains.h"
 #include "peridem_patch.h"
+#include "peridem_surface_plane.h"
+#include "peridem_surface_region.h"
 
 #include "atom.h"
 #include "comm.h"
 #include "domain.h"
 #include "error.h"
 #include "force.h"
-#include "memory.h"
 #include "modify.h"
+#include "neighbor.h"
 #include "respa.h"
 #include "update.h"
 
@@ -39,7 +41,8 @@ using namespace FixConst;
 
 /* ---------------------------------------------------------------------- */
 
-FixPeridemWall::FixPeridemWall(LAMMPS *lmp, int narg, char **arg) : Fix(lmp, narg, arg)
+FixPeridemWall::FixPeridemWall(LAMMPS *lmp, int narg, char **arg) :
+    Fix(lmp, narg, arg), motion(lmp, style)
 {
   if (!atom->style_match("peridem"))
     error->all(FLERR, 2, "Fix {} requires atom style peridem; the atom style is {}", style,
@@ -47,7 +50,6 @@ FixPeridemWall::FixPeridemWall(LAMMPS *lmp, int narg, char **arg) : Fix(lmp, nar
 
   restart_global = restart_peratom = 1;
   create_attribute = 1;
-  maxexchange = 4;
   comm_reverse = 3;
   scalar_flag = vector_flag = 1;
   size_vector = 8;
@@ -56,37 +58,18 @@ FixPeridemWall::FixPeridemWall(LAMMPS *lmp, int narg, char **arg) : Fix(lmp, nar
   extvector = -1;
   extlist = new int[size_vector]{1, 1, 1, 1, 1, 1, 0, 1};
   energy_global_flag = 1;
+  virial_global_flag = virial_peratom_flag = 1;
   respa_level_support = 1;
   dynamic_group_allow = 1;
 
-  if (narg < 4) error->all(FLERR, Error::ARGZERO, "Fix {} needs a surface: plane x y z nx ny nz", style);
-  int iarg = parse_plane(3, narg, arg);
-  PeridemContactParser parser(lmp, std::string("Fix ") + style, 0);
-  bool velocity_given = false;
-  while (iarg < narg) {
-    const int next = parser.parse(iarg, narg, arg, given);
-    if (next > iarg) {
-      iarg = next;
-    } else if (strcmp(arg[iarg], "velocity") == 0) {
-      if (velocity_given) error->all(FLERR, iarg, "Repeated fix {} keyword velocity", style);
-      velocity_given = true;
-      iarg = parse_vector(iarg, narg, arg, "velocity", velocity);
-    } else {
-      error->all(FLERR, iarg, "Unknown fix {} keyword {}: known are velocity, {}", style, arg[iarg],
-                 PeridemContactParser::keywords());
-    }
-  }
-  moving = velocity[0] != 0.0 || velocity[1] != 0.0 || velocity[2] != 0.0;
-  if (domain->dimension == 2 && velocity[2] != 0.0)
-    error->all(FLERR, Error::ARGZERO, "Fix {} velocity in z must be 0 in a 2d simulation", style);
+  int iarg = parse_surface(3, narg, arg);
+  while (iarg < narg) iarg = parse_keyword(iarg, narg, arg);
 
-  for (int k = 0; k < 3; k++) force[k] = torque[k] = 0.0;
-  deepest = energy = 0.0;
-
+  maxexchange = PeridemWallMemory::size(surface->most_feet());
+  clear_loads();
   FixPeridemWall::grow_arrays(atom->nmax);
   atom->add_callback(Atom::GROW);
   atom->add_callback(Atom::RESTART);
-  for (int i = 0; i < atom->nlocal; i++) FixPeridemWall::set_arrays(i);
 }
 
 /* ---------------------------------------------------------------------- */
@@ -95,57 +78,49 @@ FixPeridemWall::~FixPeridemWall()
 {
   atom->delete_callback(id, Atom::GROW);
   atom->delete_callback(id, Atom::RESTART);
-  memory->destroy(memory_at_wall);
 }
 
 /* ---------------------------------------------------------------------- */
 
-int FixPeridemWall::parse_vector(int iarg, int narg, char **arg, const char *name, double *vec)
+int FixPeridemWall::parse_surface(int iarg, int narg, char **arg)
 {
-  if (iarg + 3 >= narg) error->all(FLERR, iarg, "Fix {} {} needs three numbers", style, name);
-  for (int k = 0; k < 3; k++) {
-    vec[k] = utils::numeric(FLERR, arg[iarg + 1 + k], false, lmp);
-    if (!std::isfinite(vec[k]))
-      error->all(FLERR, iarg + 1 + k, "Fix {} {} {}: must be finite", style, name,
-                 arg[iarg + 1 + k]);
+  if (iarg >= narg)
+    error->all(FLERR, Error::ARGZERO, "Fix {} needs a surface: plane x y z nx ny nz, or region ID",
+               style);
+  if (strcmp(arg[iarg], "plane") == 0) {
+    surface = std::make_unique<PeridemSurfacePlane>(lmp, style, iarg, narg, arg);
+    return iarg + PeridemSurfacePlane::WORDS;
   }
-  return iarg + 4;
+  if (strcmp(arg[iarg], "region") == 0) {
+    surface = std::make_unique<PeridemSurfaceRegion>(lmp, style, iarg, narg, arg);
+    return iarg + PeridemSurfaceRegion::WORDS;
+  }
+  error->all(FLERR, iarg, "Unknown fix {} surface {}: must be plane x y z nx ny nz, or region ID",
+             style, arg[iarg]);
+  return narg;
 }
 
 /* ---------------------------------------------------------------------- */
 
-int FixPeridemWall::parse_plane(int iarg, int narg, char **arg)
+int FixPeridemWall::parse_keyword(int iarg, int narg, char **arg)
 {
-  if (strcmp(arg[iarg], "plane") != 0)
-    error->all(FLERR, iarg, "Unknown fix {} surface {}: must be plane x y z nx ny nz", style,
-               arg[iarg]);
-  if (iarg + 6 >= narg)
-    error->all(FLERR, iarg, "Fix {} plane needs six numbers: x y z nx ny nz", style);
-  parse_vector(iarg, narg, arg, "plane", point);
-  parse_vector(iarg + 3, narg, arg, "plane", normal);
-
-  const double length =
-      std::sqrt(normal[0] * normal[0] + normal[1] * normal[1] + normal[2] * normal[2]);
-  if (length == 0.0) error->all(FLERR, iarg + 4, "Fix {} plane: the normal is zero", style);
-  for (int k = 0; k < 3; k++) {
-    normal[k] /= length;
-    if (normal[k] == 0.0) continue;
-    if (domain->dimension == 2 && k == 2)
-      error->all(FLERR, iarg + 6, "Fix {} plane: nz must be 0 in a 2d simulation", style);
-    if (domain->periodicity[k])
-      error->all(FLERR, iarg + 4 + k, "Fix {} plane: the box is periodic in {}, which the plane cuts",
-                 style, "xyz"[k]);
-  }
-  return iarg + 7;
+  PeridemContactParser parser(lmp, std::string("Fix ") + style, 0);
+  int next = parser.parse(iarg, narg, arg, given);
+  if (next == iarg) next = motion.parse(iarg, narg, arg);
+  if (next > iarg) return next;
+  if (strcmp(arg[iarg], "plane") == 0 || strcmp(arg[iarg], "region") == 0)
+    error->all(FLERR, iarg, "Fix {} has one surface, a plane or a region: make another fix for {}",
+               style, arg[iarg]);
+  error->all(FLERR, iarg, "Unknown fix {} keyword {}: known are velocity, {}, move", style, arg[iarg],
+             PeridemContactParser::keywords());
+  return narg;
 }
 
 /* ---------------------------------------------------------------------- */
 
 int FixPeridemWall::setmask()
 {
-  int mask = POST_FORCE | POST_FORCE_RESPA | MIN_POST_FORCE;
-  if (moving) mask |= INITIAL_INTEGRATE;
-  return mask;
+  return POST_FORCE | POST_FORCE_RESPA | MIN_POST_FORCE;
 }
 
 /* ----------------------------------------------------------------------
@@ -159,6 +134,8 @@ void FixPeridemWall::init()
     ilevel_respa = (respa_level >= 0)
         ? MIN(respa_level, (dynamic_cast<Respa *>(update->integrate))->nlevels - 1)
         : (dynamic_cast<Respa *>(update->integrate))->nlevels - 1;
+  surface->init();
+  motion.init();
 
   const auto *contact =
       dynamic_cast<PairPeridemContact *>(lmp->force->pair_match("peridem/contact", 1));
@@ -202,6 +179,7 @@ void FixPeridemWall::describe(const std::vector<int> &used) const
 
 void FixPeridemWall::setup(int vflag)
 {
+  follow_surface();
   if (!started) check_start();
   started = true;
   if (utils::strmatch(update->integrate_style, "^respa")) {
@@ -221,103 +199,146 @@ void FixPeridemWall::min_setup(int vflag)
 }
 
 /* ----------------------------------------------------------------------
-   nodes behind the plane at the start: most likely its normal points the wrong way
+   once for each step: forces may be evaluated more than once at the same time
+------------------------------------------------------------------------- */
+
+void FixPeridemWall::follow_surface()
+{
+  const bool stepping =
+      update->whichflag == 1 && !update->setupflag && update->ntimestep != last_step;
+  surface->advance(stepping);
+  motion.advance(stepping);
+  last_step = update->ntimestep;
+}
+
+/* ---------------------------------------------------------------------- */
+
+bigint FixPeridemWall::count_misplaced(tagint &lowest)
+{
+  bigint count = 0, count_all;
+  lowest = MAXTAGINT;
+  for (int i = 0; i < atom->nlocal; i++) {
+    if (!(atom->mask[i] & groupbit)) continue;
+    double x[3];    // as if the wall had not moved
+    for (int k = 0; k < 3; k++) x[k] = atom->x[i][k] - motion.shift[k];
+    if (surface->permits(x)) continue;
+    count++;
+    lowest = MIN(lowest, atom->tag[i]);
+  }
+  tagint lowest_all;
+  MPI_Allreduce(&count, &count_all, 1, MPI_LMP_BIGINT, MPI_SUM, world);
+  MPI_Allreduce(&lowest, &lowest_all, 1, MPI_LMP_TAGINT, MPI_MIN, world);
+  lowest = lowest_all;
+  return count_all;
+}
+
+/* ----------------------------------------------------------------------
+   most likely a normal that points the wrong way, or side in for side out
 ------------------------------------------------------------------------- */
 
 void FixPeridemWall::check_start()
 {
-  bigint behind = 0, behind_all;
-  tagint lowest = MAXTAGINT, lowest_all;
-  for (int i = 0; i < atom->nlocal; i++) {
-    if (!(atom->mask[i] & groupbit)) continue;
-    double distance = 0.0;
-    for (int k = 0; k < 3; k++) distance += (atom->x[i][k] - point[k] - shift[k]) * normal[k];
-    if (distance >= 0.0) continue;
-    behind++;
-    lowest = MIN(lowest, atom->tag[i]);
-  }
-  MPI_Allreduce(&behind, &behind_all, 1, MPI_LMP_BIGINT, MPI_SUM, world);
-  MPI_Allreduce(&lowest, &lowest_all, 1, MPI_LMP_TAGINT, MPI_MIN, world);
-  if (behind_all)
+  tagint lowest;
+  const bigint count = count_misplaced(lowest);
+  if (count)
+    error->all(FLERR, Error::NOLASTLINE, "Fix {} {}: {} nodes start {} (the first is atom-ID {}): {}",
+               id, style, count, surface->wrong_side(), lowest, surface->right_side());
+}
+
+/* ----------------------------------------------------------------------
+   a region does not see nodes behind it: they would fly on without a word
+------------------------------------------------------------------------- */
+
+void FixPeridemWall::check_lost()
+{
+  tagint lowest;
+  const bigint count = count_misplaced(lowest);
+  if (count)
     error->all(FLERR, Error::NOLASTLINE,
-               "Fix {} {}: {} nodes start behind the plane (the first is atom-ID {}): its normal must "
-               "point to the side where the grains are",
-               id, style, behind_all, lowest_all);
+               "Fix {} {}: {} nodes have gone through the wall, they are {} at step {} (the first is "
+               "atom-ID {}): take a stiffer contact, a larger radius or a smaller timestep",
+               id, style, count, surface->wrong_side(), update->ntimestep, lowest);
 }
 
 /* ---------------------------------------------------------------------- */
 
-void FixPeridemWall::initial_integrate(int)
+void FixPeridemWall::clear_loads()
 {
-  for (int k = 0; k < 3; k++) shift[k] += update->dt * velocity[k];
-}
-
-/* ---------------------------------------------------------------------- */
-
-void FixPeridemWall::post_force(int)
-{
-  for (int k = 0; k < 3; k++) force[k] = torque[k] = 0.0;
-  deepest = energy = 0.0;
+  loads.assign(surface->parts().size(), Load());
+  shape_power = deepest = energy = 0.0;
   totals_known = false;
+}
+
+/* ---------------------------------------------------------------------- */
+
+void FixPeridemWall::post_force(int vflag)
+{
+  if (!update->setupflag) follow_surface();
+  if (neighbor->ago == 0 && !surface->pushes_back()) check_lost();
+
+  v_init(vflag);
+  loads_before.swap(loads);
+  clear_loads();
   advance = update->setupflag == 0;
 
   if (any_restitution) pushes.assign(3 * (atom->nlocal + atom->nghost), 0.0);
-  double **x = atom->x;
-  double at[3];    // a point of the plane, now
-  for (int k = 0; k < 3; k++) at[k] = point[k] + shift[k];
+  touch_all();
+  if (any_restitution) bring_pushes_home();
+  if (advance && update->whichflag == 1) add_work();
+}
+
+/* ---------------------------------------------------------------------- */
+
+void FixPeridemWall::touch_all()
+{
+  const double *const shift = motion.shift;
   for (int i = 0; i < atom->nlocal; i++) {
     if (!(atom->mask[i] & groupbit)) continue;
-    const double distance = (x[i][0] - at[0]) * normal[0] + (x[i][1] - at[1]) * normal[1] +
-        (x[i][2] - at[2]) * normal[2];
-    if (distance < laws[atom->type[i]].radius)
-      touch(i, distance, at);
-    else
-      set_arrays(i);
+    const double x[3] = {atom->x[i][0] - shift[0], atom->x[i][1] - shift[1],
+                         atom->x[i][2] - shift[2]};
+    feet.clear();
+    surface->feet(x, laws[atom->type[i]].radius, feet);
+    for (const auto &foot : feet) touch(i, foot);
+    if (!memories.empty(i)) memories.forget_unused(i);
   }
-  if (any_restitution) bring_pushes_home();
-  if (moving && update->ntimestep > update->beginstep)
-    work -= update->dt *
-        (force[0] * velocity[0] + force[1] * velocity[1] + force[2] * velocity[2]);
 }
 
 /* ----------------------------------------------------------------------
    force between node i and the wall, a body of infinite mass
 ------------------------------------------------------------------------- */
 
-void FixPeridemWall::touch(int i, double distance, const double *at)
+void FixPeridemWall::touch(int i, const PeridemSurface::Foot &foot)
 {
   const auto &law = laws[atom->type[i]];
-  const double *const x = atom->x[i], *const v = atom->v[i];
-  const double overlap = law.radius - distance;
+  const double *const v = atom->v[i], *const normal = foot.normal;
+  const double overlap = law.radius - foot.distance;
   const double k = law.spring(atom->vfrac[i], atom->vfrac[i]);
 
   double slide[3], rate = 0.0;    // of the wall as the node sees it; rate = growth of the distance
   for (int m = 0; m < 3; m++) {
-    slide[m] = velocity[m] - v[m];
+    slide[m] = foot.velocity[m] + motion.velocity[m] - v[m];
     rate -= slide[m] * normal[m];
   }
   for (int m = 0; m < 3; m++) slide[m] += rate * normal[m];
+
+  PeridemWallMemory::Slot none{};
+  const bool remembers = law.uses_history() || law.uses_restitution();
+  auto &memory = remembers ? memories.at(i, foot.key) : none;
 
   const double beta = law.dashpot();
   const double fn = PeridemContactLaw::normal(k, beta, overlap, rate);
   double drag[3] = {0.0, 0.0, 0.0};
   if (law.friction > 0.0)
-    law.tangential({k, beta, fn, atom->rmass[i], update->dt, advance, normal}, slide,
-                   memory_at_wall[i], drag);
+    law.tangential({k, beta, fn, atom->rmass[i], update->dt, advance, normal}, slide, memory.slip,
+                   drag);
 
-  double on_node[3], arm[3];
+  double on_node[3];
   for (int m = 0; m < 3; m++) {
     on_node[m] = fn * normal[m] + drag[m];
     atom->f[i][m] += on_node[m];
   }
-  if (law.uses_restitution()) impact(i, fn, on_node);
-  for (int m = 0; m < 3; m++) {
-    force[m] -= on_node[m];
-    arm[m] = x[m] - distance * normal[m] - at[m];    // where the node touches the plane
-  }
-  torque[0] -= arm[1] * on_node[2] - arm[2] * on_node[1];
-  torque[1] -= arm[2] * on_node[0] - arm[0] * on_node[2];
-  torque[2] -= arm[0] * on_node[1] - arm[1] * on_node[0];
+  if (law.uses_restitution()) impact(i, foot, fn, memory.peak, on_node);
+  react(i, foot, on_node);
   deepest = MAX(deepest, overlap);
   energy += 0.5 * k * overlap * overlap;
 }
@@ -326,19 +347,76 @@ void FixPeridemWall::touch(int i, double distance, const double *at)
    energy that a collision with the wall loses: a force on the patch of node i
 ------------------------------------------------------------------------- */
 
-void FixPeridemWall::impact(int i, double elastic, double *total)
+void FixPeridemWall::impact(int i, const PeridemSurface::Foot &foot, double elastic, double &peak,
+                            double *on_node)
 {
   const auto patch = PeridemPatch::of(atom, bonds, i);
   double approach = 0.0;
-  for (int m = 0; m < 3; m++) approach -= (patch.velocity[m] - velocity[m]) * normal[m];
+  for (int m = 0; m < 3; m++)
+    approach -= (patch.velocity[m] - foot.velocity[m] - motion.velocity[m]) * foot.normal[m];
   const double size = laws[atom->type[i]].impact_force(elastic, approach, patch.mass, update->dt,
-                                                       advance, memory_at_wall[i][3]);
+                                                       advance, peak);
   double push[3];
   for (int m = 0; m < 3; m++) {
-    push[m] = size * normal[m];
-    total[m] += push[m];
+    push[m] = size * foot.normal[m];
+    on_node[m] += push[m];
   }
   patch.push(atom, bonds, i, push, pushes.data());
+}
+
+/* ----------------------------------------------------------------------
+   what the wall feels of the force on node i
+------------------------------------------------------------------------- */
+
+void FixPeridemWall::react(int i, const PeridemSurface::Foot &foot, const double *on_node)
+{
+  const auto &part = surface->parts()[foot.part];
+  auto &load = loads[foot.part];
+  const double *const f = on_node;
+  double arm[3];
+  for (int m = 0; m < 3; m++) {
+    load.force[m] -= f[m];
+    arm[m] = foot.at[m] - part.point[m];
+  }
+  load.torque[0] -= arm[1] * f[2] - arm[2] * f[1];
+  load.torque[1] -= arm[2] * f[0] - arm[0] * f[2];
+  load.torque[2] -= arm[0] * f[1] - arm[1] * f[0];
+
+  // what is left of the velocity of the face when the motion of its part is taken off
+  const double *const w = part.spin;
+  const double turn[3] = {w[1] * arm[2] - w[2] * arm[1], w[2] * arm[0] - w[0] * arm[2],
+                          w[0] * arm[1] - w[1] * arm[0]};
+  for (int m = 0; m < 3; m++)
+    shape_power += f[m] * (foot.velocity[m] - part.velocity[m] - turn[m]);
+
+  if (!evflag) return;
+  double d[3], virial_of[6];
+  for (int m = 0; m < 3; m++) d[m] = foot.distance * foot.normal[m];
+  virial_of[0] = f[0] * d[0];
+  virial_of[1] = f[1] * d[1];
+  virial_of[2] = f[2] * d[2];
+  virial_of[3] = f[1] * d[0];
+  virial_of[4] = f[2] * d[0];
+  virial_of[5] = f[2] * d[1];
+  v_tally(i, virial_of);
+}
+
+/* ----------------------------------------------------------------------
+   velocities are those over the step, so forces are taken in the middle of it
+------------------------------------------------------------------------- */
+
+void FixPeridemWall::add_work()
+{
+  const auto &parts = surface->parts();
+  loads_before.resize(loads.size(), Load());
+  double power = shape_power;
+  for (std::size_t n = 0; n < loads.size(); n++)
+    for (int m = 0; m < 3; m++) {
+      power -= 0.5 * (loads[n].force[m] + loads_before[n].force[m]) *
+          (parts[n].velocity[m] + motion.velocity[m]);
+      power -= 0.5 * (loads[n].torque[m] + loads_before[n].torque[m]) * parts[n].spin[m];
+    }
+  work += update->dt * power;
 }
 
 /* ----------------------------------------------------------------------
@@ -416,8 +494,22 @@ double FixPeridemWall::largest_dashpot_ratio() const
 void FixPeridemWall::sum_totals()
 {
   if (totals_known) return;
-  double mine[8] = {force[0],  force[1],  force[2], torque[0],
-                    torque[1], torque[2], work,     energy};
+  double mine[8] = {}, centre[3];
+  surface->centre(centre);
+  for (std::size_t n = 0; n < loads.size(); n++) {
+    const double *const f = loads[n].force;
+    double arm[3];
+    for (int m = 0; m < 3; m++) {
+      mine[m] += f[m];
+      mine[3 + m] += loads[n].torque[m];
+      arm[m] = surface->parts()[n].point[m] - centre[m];
+    }
+    mine[3] += arm[1] * f[2] - arm[2] * f[1];
+    mine[4] += arm[2] * f[0] - arm[0] * f[2];
+    mine[5] += arm[0] * f[1] - arm[1] * f[0];
+  }
+  mine[6] = work;
+  mine[7] = energy;
   double sums[8];
   MPI_Allreduce(mine, sums, 8, MPI_DOUBLE, MPI_SUM, world);
   for (int k = 0; k < 6; k++) total[k] = sums[k];
@@ -438,7 +530,8 @@ double FixPeridemWall::compute_scalar()
 }
 
 /* ----------------------------------------------------------------------
-   1-3 force on the wall, 4-6 torque about its point, 7 deepest overlap, 8 work of the wall
+   1-3 force on the wall, 4-6 torque about its point, which moves with it, 7 deepest overlap,
+   8 work of the wall
 ------------------------------------------------------------------------- */
 
 double FixPeridemWall::compute_vector(int n)
@@ -454,10 +547,15 @@ void FixPeridemWall::write_restart(FILE *fp)
   double all_work;
   MPI_Allreduce(&work, &all_work, 1, MPI_DOUBLE, MPI_SUM, world);
   if (comm->me) return;
-  const double list[4] = {shift[0], shift[1], shift[2], all_work};
-  const int size = sizeof(list);
+  std::vector<double> list(1 + PeridemWallMotion::SIZE);
+  list[0] = all_work;
+  motion.pack(&list[1]);
+  const auto more = surface->state();
+  list.push_back(static_cast<double>(more.size()));
+  list.insert(list.end(), more.begin(), more.end());
+  const int size = static_cast<int>(list.size() * sizeof(double));
   fwrite(&size, sizeof(int), 1, fp);
-  fwrite(list, sizeof(double), 4, fp);
+  fwrite(list.data(), sizeof(double), list.size(), fp);
 }
 
 /* ---------------------------------------------------------------------- */
@@ -465,8 +563,10 @@ void FixPeridemWall::write_restart(FILE *fp)
 void FixPeridemWall::restart(char *buf)
 {
   const auto *list = reinterpret_cast<double *>(buf);
-  for (int k = 0; k < 3; k++) shift[k] = list[k];
-  work = comm->me == 0 ? list[3] : 0.0;
+  work = comm->me == 0 ? list[0] : 0.0;
+  motion.unpack(list + 1);
+  list += 1 + PeridemWallMotion::SIZE;
+  surface->restore(list + 1, static_cast<int>(list[0]));
   started = true;
 }
 
@@ -476,45 +576,43 @@ void FixPeridemWall::restart(char *buf)
 
 void FixPeridemWall::grow_arrays(int nmax)
 {
-  memory->grow(memory_at_wall, nmax, 4, "peridem/wall:memory");
+  memories.grow(nmax);
 }
 
 /* ---------------------------------------------------------------------- */
 
 void FixPeridemWall::copy_arrays(int i, int j, int)
 {
-  for (int m = 0; m < 4; m++) memory_at_wall[j][m] = memory_at_wall[i][m];
+  memories.copy(i, j);
 }
 
 /* ---------------------------------------------------------------------- */
 
 void FixPeridemWall::set_arrays(int i)
 {
-  for (int m = 0; m < 4; m++) memory_at_wall[i][m] = 0.0;
+  memories.clear(i);
 }
 
 /* ---------------------------------------------------------------------- */
 
 int FixPeridemWall::pack_exchange(int i, double *buf)
 {
-  for (int m = 0; m < 4; m++) buf[m] = memory_at_wall[i][m];
-  return 4;
+  return memories.pack(i, buf);
 }
 
 /* ---------------------------------------------------------------------- */
 
 int FixPeridemWall::unpack_exchange(int i, double *buf)
 {
-  for (int m = 0; m < 4; m++) memory_at_wall[i][m] = buf[m];
-  return 4;
+  return memories.unpack(i, buf);
 }
 
 /* ---------------------------------------------------------------------- */
 
 int FixPeridemWall::pack_restart(int i, double *buf)
 {
-  buf[0] = 5;
-  return 1 + pack_exchange(i, buf + 1);
+  buf[0] = 1 + memories.pack(i, buf + 1);
+  return static_cast<int>(buf[0]);
 }
 
 /* ---------------------------------------------------------------------- */
@@ -524,12 +622,26 @@ void FixPeridemWall::unpack_restart(int i, int nth)
   double *buf = atom->extra[i];
   int m = 0;
   for (int k = 0; k < nth; k++) m += static_cast<int>(buf[m]);
-  unpack_exchange(i, buf + m + 1);
+  memories.unpack(i, buf + m + 1);
+}
+
+/* ---------------------------------------------------------------------- */
+
+int FixPeridemWall::size_restart(int i)
+{
+  return 1 + memories.size_of(i);
+}
+
+/* ---------------------------------------------------------------------- */
+
+int FixPeridemWall::maxsize_restart()
+{
+  return 1 + PeridemWallMemory::size(surface->most_feet());
 }
 
 /* ---------------------------------------------------------------------- */
 
 double FixPeridemWall::memory_usage()
 {
-  return 4.0 * atom->nmax * sizeof(double);
+  return memories.bytes();
 }

@@ -21,14 +21,18 @@ FixStyle(peridem/wall,FixPeridemWall);
 #include "fix.h"
 #include "peridem_contact_law.h"
 #include "peridem_grains.h"
+#include "peridem_surface.h"
+#include "peridem_wall_memory.h"
+#include "peridem_wall_motion.h"
 
+#include <memory>
 #include <vector>
 
 namespace LAMMPS_NS {
 
 class FixPeridemBonds;
 
-// A plane that nodes of grains touch with the same law as each other, still or moving.
+// A surface that nodes of grains touch with the same law as each other, still or moving.
 
 class FixPeridemWall : public Fix {
  public:
@@ -38,7 +42,6 @@ class FixPeridemWall : public Fix {
   void init() override;
   void setup(int) override;
   void min_setup(int) override;
-  void initial_integrate(int) override;
   void post_force(int) override;
   void min_post_force(int) override;
   void post_force_respa(int, int, int) override;
@@ -53,8 +56,8 @@ class FixPeridemWall : public Fix {
   int unpack_exchange(int, double *) override;
   int pack_restart(int, double *) override;
   void unpack_restart(int, int) override;
-  int size_restart(int) override { return 5; }
-  int maxsize_restart() override { return 5; }
+  int size_restart(int) override;
+  int maxsize_restart() override;
   int pack_reverse_comm(int, int, double *) override;
   void unpack_reverse_comm(int, int *, double *) override;
   double memory_usage() override;
@@ -64,34 +67,46 @@ class FixPeridemWall : public Fix {
   double largest_dashpot_ratio() const;
 
  private:
-  double point[3]{0.0, 0.0, 0.0};       // of the plane, when the fix was made
-  double normal[3]{0.0, 0.0, 0.0};      // unit vector to the side where the grains are
-  double velocity[3]{0.0, 0.0, 0.0};
-  double shift[3]{0.0, 0.0, 0.0};       // how far the plane has moved
+  std::unique_ptr<PeridemSurface> surface;
+  PeridemWallMotion motion;               // of the surface as a whole
   PeridemContactGiven given;
   std::vector<PeridemContactLaw> laws;    // by node type
   PeridemGrains::Extremes extremes;
-  double **memory_at_wall{nullptr};       // of each owned node: tangential spring, fastest approach
+  PeridemWallMemory memories;
   FixPeridemBonds *bonds{nullptr};
   bool any_restitution{false};
   std::vector<double> pushes;             // forces on the patches, of owned and ghost nodes
+  std::vector<PeridemSurface::Foot> feet;
   bool advance{true};
-  bool moving{false}, started{false};
+  bool started{false};
+  bigint last_step{-1};
   int ilevel_respa{0};
 
-  // on this rank, of the last force evaluation: force on the wall, torque about its point,
-  // deepest overlap, elastic energy; work of the wall on the nodes so far
-  double force[3], torque[3], deepest, energy, work{0.0};
-  double total[9];    // over all ranks
+  // on this rank, of the last force evaluation: force on each part of the wall and torque about
+  // the point of the part, power of faces that change their shape, deepest overlap, elastic energy
+  struct Load {
+    double force[3], torque[3];
+  };
+  std::vector<Load> loads, loads_before;
+  double shape_power{0.0}, deepest{0.0}, energy{0.0};
+  double work{0.0};    // of the wall on the nodes so far
+  double total[9];     // over all ranks
   bool totals_known{false};
 
-  int parse_plane(int, int, char **);
-  int parse_vector(int, int, char **, const char *, double *);
+  int parse_surface(int, int, char **);
+  int parse_keyword(int, int, char **);
   void describe(const std::vector<int> &) const;
+  void follow_surface();
+  bigint count_misplaced(tagint &lowest);
   void check_start();
-  void touch(int i, double distance, const double *at);
-  void impact(int i, double elastic, double *total);
+  void check_lost();
+  void clear_loads();
+  void touch_all();
+  void touch(int i, const PeridemSurface::Foot &);
+  void impact(int i, const PeridemSurface::Foot &, double elastic, double &peak, double *on_node);
+  void react(int i, const PeridemSurface::Foot &, const double *on_node);
   void bring_pushes_home();
+  void add_work();
   void sum_totals();
 };
 
