@@ -18,7 +18,6 @@
 #include "fix_peridem_bonds.h"
 #include "pair_peridem_contact.h"
 #include "peridem_grains.h"
-#include "peridem_patch.h"
 #include "peridem_surface_plane.h"
 #include "peridem_surface_region.h"
 
@@ -42,7 +41,7 @@ using namespace FixConst;
 /* ---------------------------------------------------------------------- */
 
 FixPeridemWall::FixPeridemWall(LAMMPS *lmp, int narg, char **arg) :
-    Fix(lmp, narg, arg), motion(lmp, style)
+    Fix(lmp, narg, arg), motion(lmp, style), own_bodies(lmp)
 {
   if (!atom->style_match("peridem"))
     error->all(FLERR, 2, "Fix {} requires atom style peridem; the atom style is {}", style,
@@ -281,7 +280,7 @@ void FixPeridemWall::post_force(int vflag)
   clear_loads();
   advance = update->setupflag == 0;
 
-  if (any_restitution) pushes.assign(3 * (atom->nlocal + atom->nghost), 0.0);
+  if (any_restitution) find_bodies();
   touch_all();
   if (any_restitution) bring_pushes_home();
   if (advance && update->whichflag == 1) add_work();
@@ -344,24 +343,25 @@ void FixPeridemWall::touch(int i, const PeridemSurface::Foot &foot)
 }
 
 /* ----------------------------------------------------------------------
-   energy that a collision with the wall loses: a force on the patch of node i
+   energy that a collision with the wall loses: a force on the body of node i
 ------------------------------------------------------------------------- */
 
 void FixPeridemWall::impact(int i, const PeridemSurface::Foot &foot, double elastic, double &peak,
                             double *on_node)
 {
-  const auto patch = PeridemPatch::of(atom, bonds, i);
+  const auto body = bodies->body(i);
+  if (peak == 0.0) peak = bodies->peak(i);
   double approach = 0.0;
   for (int m = 0; m < 3; m++)
-    approach -= (patch.velocity[m] - foot.velocity[m] - motion.velocity[m]) * foot.normal[m];
-  const double size = laws[atom->type[i]].impact_force(elastic, approach, patch.mass, update->dt,
+    approach -= (body.velocity[m] - foot.velocity[m] - motion.velocity[m]) * foot.normal[m];
+  const double size = laws[atom->type[i]].impact_force(elastic, approach, body.mass, update->dt,
                                                        advance, peak);
   double push[3];
   for (int m = 0; m < 3; m++) {
     push[m] = size * foot.normal[m];
     on_node[m] += push[m];
   }
-  patch.push(atom, bonds, i, push, pushes.data());
+  bodies->push(i, push, pushes.data());
 }
 
 /* ----------------------------------------------------------------------
@@ -419,13 +419,35 @@ void FixPeridemWall::add_work()
   work += update->dt * power;
 }
 
+/* ---------------------------------------------------------------------- */
+
+void FixPeridemWall::find_bodies()
+{
+  pushes.assign(3 * (atom->nlocal + atom->nghost), 0.0);
+  auto *contact =
+      dynamic_cast<PairPeridemContact *>(lmp->force->pair_match("peridem/contact", 1));
+  bodies = contact ? contact->moving_bodies() : nullptr;
+  if (!bodies) {
+    bodies = &own_bodies;
+    bodies->find(bonds);
+  }
+
+  // a node that comes to a grain's contact with the wall takes its fastest approach over
+
+  bodies->forget_peaks();
+  for (int i = 0; i < atom->nlocal; i++)
+    if (!memories.empty(i)) bodies->note_peak(i, memories.peak(i));
+  bodies->share_peaks();
+}
+
 /* ----------------------------------------------------------------------
-   members of a patch may be ghosts
+   pieces of broken grains may have ghosts among their nodes
 ------------------------------------------------------------------------- */
 
 void FixPeridemWall::bring_pushes_home()
 {
   comm->reverse_comm(this);
+  bodies->apply(pushes.data());
   for (int i = 0; i < atom->nlocal; i++)
     for (int m = 0; m < 3; m++) atom->f[i][m] += pushes[3 * i + m];
 }

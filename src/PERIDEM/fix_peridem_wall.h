@@ -19,6 +19,7 @@ FixStyle(peridem/wall,FixPeridemWall);
 #define LMP_FIX_PERIDEM_WALL_H
 
 #include "fix.h"
+#include "peridem_bodies.h"
 #include "peridem_contact_law.h"
 #include "peridem_grains.h"
 #include "peridem_surface.h"
@@ -75,7 +76,9 @@ class FixPeridemWall : public Fix {
   PeridemWallMemory memories;
   FixPeridemBonds *bonds{nullptr};
   bool any_restitution{false};
-  std::vector<double> pushes;             // forces on the patches, of owned and ghost nodes
+  PeridemBodies own_bodies;               // that collide, unless the contact pair style has them
+  PeridemBodies *bodies{nullptr};
+  std::vector<double> pushes;             // forces that collisions lose energy by, of all nodes
   std::vector<PeridemSurface::Foot> feet;
   bool advance{true};
   bool started{false};
@@ -105,6 +108,7 @@ class FixPeridemWall : public Fix {
   void touch(int i, const PeridemSurface::Foot &);
   void impact(int i, const PeridemSurface::Foot &, double elastic, double &peak, double *on_node);
   void react(int i, const PeridemSurface::Foot &, const double *on_node);
+  void find_bodies();
   void bring_pushes_home();
   void add_work();
   void sum_totals();

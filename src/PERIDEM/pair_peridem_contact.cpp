@@ -19,7 +19,6 @@
 #include "fix_peridem_history.h"
 #include "pair_peridem.h"
 #include "peridem_grains.h"
-#include "peridem_patch.h"
 
 #include "atom.h"
 #include "comm.h"
@@ -51,12 +50,12 @@ static constexpr double SKIN = 0.3;
 
 /* ---------------------------------------------------------------------- */
 
-PairPeridemContact::PairPeridemContact(LAMMPS *lmp) : Pair(lmp)
+PairPeridemContact::PairPeridemContact(LAMMPS *lmp) : Pair(lmp), bodies(lmp)
 {
   single_enable = 0;
   restartinfo = 1;
   no_virial_fdotr_compute = 1;
-  comm_forward = PeridemPatch::SIZE;
+  comm_forward = PeridemBody::SIZE;
   comm_reverse = comm_reverse_off = 3;
 }
 
@@ -495,72 +494,81 @@ void PairPeridemContact::touch(int i, int j, double distance, double rsq, const 
 }
 
 /* ----------------------------------------------------------------------
-   energy that collisions lose: a force between the patches of the nodes that touch, along the
-   line of their centres of mass, so that linear and angular momentum stay
+   energy that collisions lose: a force between the two bodies, along the line of their centres of
+   mass, so that linear and angular momentum stay
 ------------------------------------------------------------------------- */
 
 void PairPeridemContact::impact_pass()
 {
   const int nlocal = atom->nlocal, nall = nlocal + atom->nghost;
-  patches.resize(nall);
-  pushes.resize(3 * nall);
-  has_patch.assign(nall, 0);
-  patched.clear();
+  bodies.find(bonds);
+  body_of.resize(nall);
+  has_body.assign(nall, 0);
+  spread.assign(3 * nall, 0.0);
   for (const auto &impact : impacts) {
-    make_patch(impact.i);
-    if (impact.j < nlocal) make_patch(impact.j);
+    find_body(impact.i);
+    if (impact.j < nlocal) find_body(impact.j);
   }
   comm->forward_comm(this);
+  inherit_peaks();
 
   double **x = atom->x;
   for (const auto &impact : impacts) {
     const int i = impact.i, j = impact.j;
-    const auto &pi = patches[i], &pj = patches[j];
+    const auto &bi = body_of[i], &bj = body_of[j];
     double d[3], lengthsq = 0.0, rate = 0.0;
     for (int m = 0; m < 3; m++) {
-      d[m] = (x[j][m] - x[i][m]) + (pj.offset[m] - pi.offset[m]);
+      d[m] = (x[j][m] - x[i][m]) + (bj.offset[m] - bi.offset[m]);
       lengthsq += d[m] * d[m];
-      rate += d[m] * (pj.velocity[m] - pi.velocity[m]);
+      rate += d[m] * (bj.velocity[m] - bi.velocity[m]);
     }
     if (lengthsq == 0.0) continue;
     const double length = std::sqrt(lengthsq);
     const auto &law = laws[index(atom->type[i], atom->type[j])];
-    const double mass = pi.mass * pj.mass / (pi.mass + pj.mass);
+    const double mass = bi.mass * bj.mass / (bi.mass + bj.mass);
     const double force = law.impact_force(impact.elastic, -rate / length, mass, update->dt, advance,
                                           impact.spring->peak);
-    double push[3];
+    double push[3], pull[3];
     for (int m = 0; m < 3; m++) {
       push[m] = -force * d[m] / length;
-      pushes[3 * i + m] += push[m];
-      if (j < nlocal) pushes[3 * j + m] -= push[m];
+      pull[m] = -push[m];
     }
+    bodies.push(i, push, spread.data());
+    if (j < nlocal) bodies.push(j, pull, spread.data());
     if (evflag)
       ev_tally_xyz(i, j, nlocal, 0, 0.0, 0.0, push[0], push[1], push[2], -d[0], -d[1], -d[2]);
   }
 
-  // members of a patch may be ghosts: their forces go home with all others, or here if newton is off
+  comm->reverse_comm(this);    // patches may have ghosts among their nodes
+  bodies.apply(spread.data());
+  for (int i = 0; i < nlocal; i++)
+    for (int m = 0; m < 3; m++) atom->f[i][m] += spread[3 * i + m];
+}
 
-  if (force->newton_pair) {
-    for (int i : patched) patches[i].push(atom, bonds, i, &pushes[3 * i], atom->f[0]);
-  } else {
-    std::vector<double> spread(3 * nall, 0.0);
-    for (int i : patched) patches[i].push(atom, bonds, i, &pushes[3 * i], spread.data());
-    pushes.swap(spread);
-    comm->reverse_comm(this);
-    for (int i = 0; i < nlocal; i++)
-      for (int m = 0; m < 3; m++) atom->f[i][m] += pushes[3 * i + m];
+/* ----------------------------------------------------------------------
+   a contact that is new between grains that touch already takes their fastest approach over
+------------------------------------------------------------------------- */
+
+void PairPeridemContact::inherit_peaks()
+{
+  bodies.forget_peaks();
+  for (const auto &impact : impacts) {
+    bodies.note_peak(impact.i, impact.spring->peak);
+    bodies.note_peak(impact.j, impact.spring->peak);
   }
+  bodies.share_peaks();
+  for (const auto &impact : impacts)
+    if (impact.spring->peak == 0.0)
+      impact.spring->peak = MIN(bodies.peak(impact.i), bodies.peak(impact.j));
 }
 
 /* ---------------------------------------------------------------------- */
 
-void PairPeridemContact::make_patch(int i)
+void PairPeridemContact::find_body(int i)
 {
-  if (has_patch[i]) return;
-  has_patch[i] = 1;
-  patched.push_back(i);
-  patches[i] = PeridemPatch::of(atom, bonds, i);
-  for (int m = 0; m < 3; m++) pushes[3 * i + m] = 0.0;
+  if (has_body[i]) return;
+  has_body[i] = 1;
+  body_of[i] = bodies.body(i);
 }
 
 /* ---------------------------------------------------------------------- */
@@ -568,22 +576,22 @@ void PairPeridemContact::make_patch(int i)
 int PairPeridemContact::pack_forward_comm(int n, int *list, double *buf, int, int *)
 {
   for (int m = 0; m < n; m++)
-    memcpy(buf + m * PeridemPatch::SIZE, &patches[list[m]], sizeof(PeridemPatch));
-  return n * PeridemPatch::SIZE;
+    memcpy(buf + m * PeridemBody::SIZE, &body_of[list[m]], sizeof(PeridemBody));
+  return n * PeridemBody::SIZE;
 }
 
 /* ---------------------------------------------------------------------- */
 
 void PairPeridemContact::unpack_forward_comm(int n, int first, double *buf)
 {
-  memcpy(static_cast<void *>(&patches[first]), buf, n * sizeof(PeridemPatch));
+  memcpy(static_cast<void *>(&body_of[first]), buf, n * sizeof(PeridemBody));
 }
 
 /* ---------------------------------------------------------------------- */
 
 int PairPeridemContact::pack_reverse_comm(int n, int first, double *buf)
 {
-  for (int m = 0; m < 3 * n; m++) buf[m] = pushes[3 * first + m];
+  for (int m = 0; m < 3 * n; m++) buf[m] = spread[3 * first + m];
   return 3 * n;
 }
 
@@ -592,7 +600,7 @@ int PairPeridemContact::pack_reverse_comm(int n, int first, double *buf)
 void PairPeridemContact::unpack_reverse_comm(int n, int *list, double *buf)
 {
   for (int m = 0; m < n; m++)
-    for (int k = 0; k < 3; k++) pushes[3 * list[m] + k] += buf[3 * m + k];
+    for (int k = 0; k < 3; k++) spread[3 * list[m] + k] += buf[3 * m + k];
 }
 
 /* ----------------------------------------------------------------------
@@ -698,5 +706,5 @@ double PairPeridemContact::memory_usage()
   return Pair::memory_usage() + sizeof(int) * static_cast<double>(candidates.capacity()) +
       sizeof(FragmentPair) * static_cast<double>(fragments.capacity()) +
       sizeof(Spring) * static_cast<double>(candidate_springs.capacity()) +
-      sizeof(PeridemPatch) * static_cast<double>(patches.capacity());
+      sizeof(PeridemBody) * static_cast<double>(body_of.capacity()) + bodies.memory_usage();
 }

@@ -20,9 +20,9 @@ PairStyle(peridem/contact,PairPeridemContact);
 
 #include "atom.h"
 #include "pair.h"
+#include "peridem_bodies.h"
 #include "peridem_contact_law.h"
 #include "peridem_grains.h"
-#include "peridem_patch.h"
 
 #include <vector>
 
@@ -52,6 +52,9 @@ class PairPeridemContact : public Pair {
   void unpack_forward_comm(int, int, double *) override;
   int pack_reverse_comm(int, int, double *) override;
   void unpack_reverse_comm(int, int *, double *) override;
+
+  // the bodies that collide, summed up in the last force evaluation; null without restitution
+  PeridemBodies *moving_bodies() { return any_restitution ? &bodies : nullptr; }
 
   // what pair_coeff said of a type with itself, and what is known of it: walls start from there
   bool covers(int itype) const { return !given.empty() && setflag[itype][itype]; }
@@ -113,11 +116,10 @@ class PairPeridemContact : public Pair {
     Spring *spring;
   };
   std::vector<Impact> impacts;
-  std::vector<PeridemPatch> patches;     // of owned and ghost nodes that touch
-  std::vector<double> pushes;            // forces on the patches of owned nodes
-  std::vector<int> patched;              // owned nodes that touch
-  std::vector<char> has_patch;
-  enum { TO_GHOSTS, HOME } direction{TO_GHOSTS};
+  PeridemBodies bodies;
+  std::vector<PeridemBody> body_of;      // of owned and ghost nodes that touch
+  std::vector<char> has_body;
+  std::vector<double> spread;            // forces on patches, of owned and ghost nodes
 
   std::size_t index(int itype, int jtype) const { return itype * (ntypes + 1) + jtype; }
   bool indices_valid() const { return list_nlocal == atom->nlocal; }
@@ -128,7 +130,8 @@ class PairPeridemContact : public Pair {
   void check_overlaps();
   template <bool HISTORY> void touch_all();
   void touch(int i, int j, double distance, double rsq, const double *d, Spring *spring);
-  void make_patch(int i);
+  void find_body(int i);
+  void inherit_peaks();
   void impact_pass();
   void find_spring(int i, int j, Spring &) const;
 };

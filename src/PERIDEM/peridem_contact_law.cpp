@@ -112,8 +112,10 @@ PeridemContactLaw PeridemContactLaw::resolve(const PeridemContactGiven &given,
     }
   }
 
-  if (!std::isnan(given.restitution) && given.restitution < 1.0)
-    law.impact = impact_number(given.restitution);
+  if (!std::isnan(given.restitution) && given.restitution < 1.0) {
+    law.restitution = given.restitution;
+    law.impact = impact_number(law.restitution);
+  }
   law.damping = either(given.damping, 0.0);
   law.friction = either(given.friction, 0.0);
   law.regularised = given.tangential == PeridemContactGiven::REGULARISED;
@@ -150,8 +152,9 @@ double PeridemContactLaw::impact_force(double elastic, double approach, double p
 {
   if (advance && approach > peak) peak = approach;
   if (!(peak > 0.0)) return 0.0;
-  double force = elastic * impact * approach / peak;
-  if (force < -elastic) force = -elastic;
+  // bodies part no faster than a collision lets them: what parts faster has other reasons
+  const double ratio = approach / peak;
+  double force = elastic * impact * (ratio > -restitution ? ratio : -restitution);
   // never more than slows the two patches down within several steps
   const double most = patch_mass * std::fabs(approach) / (IMPACT_STEPS * dt);
   if (force > most) force = most;

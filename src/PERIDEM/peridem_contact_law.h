@@ -109,7 +109,8 @@ class PeridemContactLaw {
   int dim{3};
   bool per_volume{false};    // k = modulus Vi Vj, else k = modulus h^(d-2)
   double modulus{0.0};
-  double impact{0.0};     // number that gives the restitution asked for
+  double restitution{1.0};
+  double impact{0.0};     // number that gives this restitution
   double damping{0.0};    // beta_N when given by hand
   bool regularised{false};
   double gamma{-1.0};     // of the regularised force; < 0: as large as the time step allows

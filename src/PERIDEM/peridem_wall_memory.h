@@ -47,6 +47,15 @@ class PeridemWallMemory {
     return nodes[i].back();
   }
 
+  // the fastest approach that node i remembers
+  double peak(int i) const
+  {
+    double fastest = 0.0;
+    for (const auto &slot : nodes[i])
+      if (slot.peak > fastest) fastest = slot.peak;
+    return fastest;
+  }
+
   // what was not asked for since the last call is forgotten
   void forget_unused(int i)
   {
