@@ -33,6 +33,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <set>
 
 using namespace LAMMPS_NS;
 using namespace FixConst;
@@ -285,27 +286,38 @@ double FixPeridemBonds::longest_bond() const
 
 void FixPeridemBonds::reconcile()
 {
-  int mine = 2 * static_cast<int>(told.size()), any;
+  int mine = static_cast<int>(told.size()), any;
   MPI_Allreduce(&mine, &any, 1, MPI_INT, MPI_MAX, world);
   if (any == 0) return;
 
-  const int nprocs = comm->nprocs;
-  std::vector<int> counts(nprocs), displs(nprocs, 0);
-  MPI_Allgather(&mine, 1, MPI_INT, counts.data(), 1, MPI_INT, world);
-  for (int p = 1; p < nprocs; p++) displs[p] = displs[p - 1] + counts[p - 1];
-  std::vector<tagint> send, all(displs.back() + counts.back());
-  send.reserve(mine);
+  std::vector<tagint> send;
+  send.reserve(2 * told.size());
   for (const auto &pair : told) {
     send.push_back(pair.first);
     send.push_back(pair.second);
   }
-  MPI_Allgatherv(send.data(), mine, MPI_LMP_TAGINT, all.data(), counts.data(), displs.data(),
-                 MPI_LMP_TAGINT, world);
+  const auto all = gather(send);
   for (std::size_t m = 0; m < all.size(); m += 2) {
     const int j = atom->map(all[m + 1]);
     if (j >= 0 && j < atom->nlocal) remove_row_entry(j, all[m]);
   }
   told.clear();
+}
+
+/* ----------------------------------------------------------------------
+   the lists of all ranks, one after the other
+------------------------------------------------------------------------- */
+
+std::vector<tagint> FixPeridemBonds::gather(const std::vector<tagint> &list) const
+{
+  const int nprocs = comm->nprocs, mine = static_cast<int>(list.size());
+  std::vector<int> counts(nprocs), displs(nprocs, 0);
+  MPI_Allgather(&mine, 1, MPI_INT, counts.data(), 1, MPI_INT, world);
+  for (int p = 1; p < nprocs; p++) displs[p] = displs[p - 1] + counts[p - 1];
+  std::vector<tagint> all(displs.back() + counts.back());
+  MPI_Allgatherv(list.data(), mine, MPI_LMP_TAGINT, all.data(), counts.data(), displs.data(),
+                 MPI_LMP_TAGINT, world);
+  return all;
 }
 
 /* ---------------------------------------------------------------------- */
@@ -328,7 +340,13 @@ void FixPeridemBonds::break_bond(int i, bigint k)
   const int j = partner[k];
   broken.push_back({i, j});
   if (j >= atom->nlocal) told.emplace_back(atom->tag[i], ptag[k]);
+  erase_bond(i, k);
+}
 
+/* ---------------------------------------------------------------------- */
+
+void FixPeridemBonds::erase_bond(int i, bigint k)
+{
   const bigint last = start[i] + num[i] - 1;
   for (bigint m = k; m < last; m++) {
     ptag[m] = ptag[m + 1];
@@ -376,7 +394,47 @@ double FixPeridemBonds::cell_size(int i) const
 
 void FixPeridemBonds::setup_post_neighbor()
 {
+  if (atom->natoms < natoms_mapped) drop_deleted();
   post_neighbor();
+}
+
+/* ----------------------------------------------------------------------
+   bonds to nodes that delete_atoms has taken away count as broken
+------------------------------------------------------------------------- */
+
+void FixPeridemBonds::drop_deleted()
+{
+  std::vector<tagint> missing;
+  for (int i = 0; i < atom->nlocal; i++)
+    for (bigint k = start[i]; k < start[i] + num[i]; k++)
+      if (atom->map(ptag[k]) < 0) missing.push_back(ptag[k]);
+  std::sort(missing.begin(), missing.end());
+  missing.erase(std::unique(missing.begin(), missing.end()), missing.end());
+
+  const auto all = gather(missing);
+  std::vector<int> exists(all.size(), 0);
+  for (std::size_t m = 0; m < all.size(); m++) {
+    const int j = atom->map(all[m]);
+    exists[m] = j >= 0 && j < atom->nlocal;
+  }
+  MPI_Allreduce(MPI_IN_PLACE, exists.data(), static_cast<int>(exists.size()), MPI_INT, MPI_MAX,
+                world);
+  std::set<tagint> deleted;
+  for (std::size_t m = 0; m < all.size(); m++)
+    if (!exists[m]) deleted.insert(all[m]);
+
+  bigint dropped = 0, dropped_all;
+  for (int i = 0; i < atom->nlocal; i++)
+    for (bigint k = start[i]; k < start[i] + num[i];)
+      if (deleted.count(ptag[k])) {
+        erase_bond(i, k);
+        dropped++;
+      } else
+        k++;
+  MPI_Allreduce(&dropped, &dropped_all, 1, MPI_LMP_BIGINT, MPI_SUM, world);
+  if (dropped_all && comm->me == 0)
+    error->warning(FLERR, "{} bonds to {} deleted nodes count as broken", dropped_all,
+                   deleted.size());
 }
 
 /* ---------------------------------------------------------------------- */
@@ -544,6 +602,7 @@ void FixPeridemBonds::build_local()
   weights_stale = false;
   comm->forward_comm(this);
   broken.clear();
+  natoms_mapped = atom->natoms;
   maxexchange = 6 + 3 * longest_row;
   version++;
 }

@@ -112,7 +112,7 @@ class FixPeridemBonds : public Fix {
   int max_family{0};                            // longest reference row of all ranks
   double longest{0.0};                          // longest bond at the last reneighbouring
   double cutghost_set{0.0};                     // ghost cutoff that this fix has asked for
-  bigint natoms_seen{-1};
+  bigint natoms_seen{-1}, natoms_mapped{0};
   bool weights_stale{true};
   PeridemStability stability;
   PeridemCuts cuts;
@@ -124,6 +124,9 @@ class FixPeridemBonds : public Fix {
   void check_laws();
   void require_ghost_cutoff(double, bool at_init);
   void reconcile();
+  std::vector<tagint> gather(const std::vector<tagint> &) const;
+  void erase_bond(int i, bigint k);
+  void drop_deleted();
   double longest_bond() const;
   void remove_row_entry(int i, tagint jtag);
   void build_if_new_nodes();
