@@ -259,12 +259,54 @@ void FixPeridemWall::check_lost()
                id, style, count, surface->wrong_side(), update->ntimestep, lowest);
 }
 
+/* ----------------------------------------------------------------------
+   lossy = normal force beyond that of the spring; direct = force on the node; total = with what
+   restitution adds to it, which acts on the whole body
+------------------------------------------------------------------------- */
+
+void FixPeridemWall::book(int i, const PeridemSurface::Foot &foot, double lossy, const double *drag,
+                          const double *direct, const double *total)
+{
+  Touch touch{i, {}, {}, {}, {}, {}};
+  for (int m = 0; m < 3; m++) {
+    touch.friction[m] = drag[m];
+    touch.damping[m] = lossy * foot.normal[m];
+    touch.wall_velocity[m] = foot.velocity[m] + motion.velocity[m];
+    touch.direct[m] = direct[m];
+    touch.push[m] = total[m] - direct[m];
+  }
+  touches.push_back(touch);
+}
+
+/* ---------------------------------------------------------------------- */
+
+FixPeridemWall::Power FixPeridemWall::power() const
+{
+  double **v = atom->v;
+  Power sum{0.0, 0.0, 0.0};
+  for (const auto &touch : touches) {
+    const double *const vi = v[touch.node], *const vw = touch.wall_velocity;
+    for (int m = 0; m < 3; m++) {
+      sum.friction += touch.friction[m] * (vi[m] - vw[m]);
+      sum.damping += touch.damping[m] * (vi[m] - vw[m]) - touch.push[m] * vw[m];
+      sum.on_nodes += touch.direct[m] * vi[m];
+    }
+  }
+  if (any_restitution) {
+    const double pushed = PeridemBooks::power(pushes, v, atom->nlocal);
+    sum.damping += pushed;
+    sum.on_nodes += pushed;
+  }
+  return sum;
+}
+
 /* ---------------------------------------------------------------------- */
 
 void FixPeridemWall::clear_loads()
 {
   loads.assign(surface->parts().size(), Load());
-  shape_power = deepest = energy = 0.0;
+  shape_power = deepest = energy = springs = 0.0;
+  touches.clear();
   totals_known = false;
 }
 
@@ -336,10 +378,13 @@ void FixPeridemWall::touch(int i, const PeridemSurface::Foot &foot)
     on_node[m] = fn * normal[m] + drag[m];
     atom->f[i][m] += on_node[m];
   }
+  const double direct[3] = {on_node[0], on_node[1], on_node[2]};
   if (law.uses_restitution()) impact(i, foot, fn, memory.peak, on_node);
   react(i, foot, on_node);
   deepest = MAX(deepest, overlap);
   energy += 0.5 * k * overlap * overlap;
+  springs += law.spring_energy(k, memory.slip);
+  if (books.open) book(i, foot, fn - k * overlap, drag, direct, on_node);
 }
 
 /* ----------------------------------------------------------------------

@@ -20,6 +20,7 @@ FixStyle(peridem/wall,FixPeridemWall);
 
 #include "fix.h"
 #include "peridem_bodies.h"
+#include "peridem_books.h"
 #include "peridem_contact_law.h"
 #include "peridem_grains.h"
 #include "peridem_surface.h"
@@ -63,6 +64,16 @@ class FixPeridemWall : public Fix {
   void unpack_reverse_comm(int, int *, double *) override;
   double memory_usage() override;
 
+  // for the energy ledger, on this rank: power of the wall's forces on nodes; power of friction and
+  // of damping against the wall as it moves; energy of overlaps and of tangential springs
+  struct Power {
+    double on_nodes, friction, damping;
+  };
+  PeridemBooks books;
+  Power power() const;
+  double elastic_energy() const { return energy; }
+  double spring_energy() const { return springs; }
+
   // bounds over all nodes that can touch the wall
   double largest_frequency_sq() const;
   double largest_dashpot_ratio() const;
@@ -92,6 +103,13 @@ class FixPeridemWall : public Fix {
   };
   std::vector<Load> loads, loads_before;
   double shape_power{0.0}, deepest{0.0}, energy{0.0};
+  double springs{0.0};    // energy of the tangential springs
+  struct Touch {           // what a node felt, while energies are booked
+    int node;
+    double friction[3], damping[3], wall_velocity[3];
+    double direct[3], push[3];    // on the node itself, on its body
+  };
+  std::vector<Touch> touches;
   double work{0.0};    // of the wall on the nodes so far
   double total[9];     // over all ranks
   bool totals_known{false};
@@ -109,6 +127,8 @@ class FixPeridemWall : public Fix {
   void impact(int i, const PeridemSurface::Foot &, double elastic, double &peak, double *on_node);
   void react(int i, const PeridemSurface::Foot &, const double *on_node);
   void find_bodies();
+  void book(int i, const PeridemSurface::Foot &, double lossy, const double *drag,
+            const double *direct, const double *total);
   void bring_pushes_home();
   void add_work();
   void sum_totals();

@@ -16,6 +16,7 @@
 #include "pair_peridem.h"
 
 #include "fix_peridem_bonds.h"
+#include "fix_peridem_ledger.h"
 
 #include "atom.h"
 #include "comm.h"
@@ -106,6 +107,7 @@ void PairPeridem::settings(int narg, char **arg)
   if (modify->get_fix_by_style("^peridem/bonds$").empty() &&
       !modify->get_fix_by_id(placeholder()))
     modify->add_fix(placeholder() + " all DUMMY");
+  FixPeridemLedger::keep_place(lmp);
 }
 
 /* ---------------------------------------------------------------------- */

@@ -16,6 +16,7 @@
 #define LMP_PAIR_PERIDEM_H
 
 #include "pair.h"
+#include "peridem_books.h"
 #include "peridem_material.h"
 
 #include <string>
@@ -65,6 +66,8 @@ class PairPeridem : public Pair {
 
   int pack_forward_comm(int, int *, double *, int, int *) override;
   void unpack_forward_comm(int, int, double *) override;
+
+  PeridemBooks books;    // viscous forces, for the energy ledger
 
   // energy that went with broken bonds on this rank since the style was made
   double broken_energy{0.0};

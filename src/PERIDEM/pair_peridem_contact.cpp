@@ -17,6 +17,7 @@
 
 #include "fix_peridem_bonds.h"
 #include "fix_peridem_history.h"
+#include "fix_peridem_ledger.h"
 #include "pair_peridem.h"
 #include "peridem_grains.h"
 
@@ -99,6 +100,7 @@ void PairPeridemContact::settings(int narg, char **arg)
   if (narg) error->all(FLERR, "Pair style peridem/contact takes no arguments; given: {}", arg[0]);
   if (!modify->get_fix_by_id(PLACEHOLDER))
     modify->add_fix(std::string(PLACEHOLDER) + " all DUMMY");
+  FixPeridemLedger::keep_place(lmp);
 }
 
 /* ---------------------------------------------------------------------- */
@@ -250,6 +252,7 @@ void PairPeridemContact::compute(int eflag, int vflag)
 
   advance = update->setupflag == 0;
   impacts.clear();
+  if (books.open) books.clear(atom->nlocal);
   if (any_springs) {
     touch_all<true>();
     live = true;
@@ -477,6 +480,12 @@ void PairPeridemContact::touch(int i, int j, double distance, double rsq, const 
       law.tangential({k, beta, fn, mi * mj / (mi + mj), update->dt, advance, n}, slide,
                      spring ? spring->slip : nullptr, drag);
       for (int m = 0; m < 3; m++) total[m] += drag[m];
+      if (books.open) book(i, j, books.friction, drag);
+    }
+    if (books.open) {
+      const double lossy = k * (distance - r) - fn;
+      const double dashpot[3] = {lossy * n[0], lossy * n[1], lossy * n[2]};
+      book(i, j, books.damping, dashpot);
     }
   }
   if (spring) spring->touching = true;
@@ -491,6 +500,66 @@ void PairPeridemContact::touch(int i, int j, double distance, double rsq, const 
     ev_tally_xyz(i, j, nlocal, 0, 0.5 * k * depth * depth, 0.0, total[0], total[1], total[2], -d[0],
                  -d[1], -d[2]);
   }
+}
+
+/* ----------------------------------------------------------------------
+   force on node i by node j, and back
+------------------------------------------------------------------------- */
+
+void PairPeridemContact::book(int i, int j, std::vector<double> &forces, const double *force)
+{
+  PeridemBooks::add(forces, i, force);
+  if (j < atom->nlocal) PeridemBooks::add(forces, j, force, -1.0);
+}
+
+/* ----------------------------------------------------------------------
+   visit(i, j, depth, spring, share of this rank) for every pair that touches
+------------------------------------------------------------------------- */
+
+template <class Visit> void PairPeridemContact::for_touching(Visit visit) const
+{
+  if (!indices_valid()) return;
+  double **x = atom->x;
+  auto look = [&](int i, int j, double distance, const Spring *spring) {
+    double rsq = 0.0;
+    for (int m = 0; m < 3; m++) rsq += (x[j][m] - x[i][m]) * (x[j][m] - x[i][m]);
+    if (rsq < distance * distance)
+      visit(i, j, distance - std::sqrt(rsq), spring, j < atom->nlocal ? 1.0 : 0.5);
+  };
+  for (std::size_t row = 0; row < row_node.size(); row++)
+    for (int k = row_first[row]; k < row_first[row + 1]; k++) {
+      const int i = row_node[row], j = candidates[k];
+      look(i, j, laws[index(atom->type[i], atom->type[j])].radius,
+           any_springs ? &candidate_springs[k] : nullptr);
+    }
+  for (std::size_t k = 0; k < fragments.size(); k++)
+    look(fragments[k].i, fragments[k].j, fragments[k].distance,
+         any_springs ? &fragment_springs[k] : nullptr);
+}
+
+/* ---------------------------------------------------------------------- */
+
+double PairPeridemContact::elastic_energy() const
+{
+  double sum = 0.0;
+  for_touching([&](int i, int j, double depth, const Spring *, double share) {
+    const auto &law = laws[index(atom->type[i], atom->type[j])];
+    sum += share * 0.5 * law.spring(atom->vfrac[i], atom->vfrac[j]) * depth * depth;
+  });
+  return sum;
+}
+
+/* ---------------------------------------------------------------------- */
+
+double PairPeridemContact::spring_energy() const
+{
+  double sum = 0.0;
+  for_touching([&](int i, int j, double, const Spring *spring, double share) {
+    if (!spring) return;
+    const auto &law = laws[index(atom->type[i], atom->type[j])];
+    sum += share * law.spring_energy(law.spring(atom->vfrac[i], atom->vfrac[j]), spring->slip);
+  });
+  return sum;
 }
 
 /* ----------------------------------------------------------------------
@@ -543,6 +612,8 @@ void PairPeridemContact::impact_pass()
   bodies.apply(spread.data());
   for (int i = 0; i < nlocal; i++)
     for (int m = 0; m < 3; m++) atom->f[i][m] += spread[3 * i + m];
+  if (books.open)
+    for (int i = 0; i < nlocal; i++) PeridemBooks::add(books.damping, i, &spread[3 * i]);
 }
 
 /* ----------------------------------------------------------------------
@@ -624,24 +695,12 @@ double PairPeridemContact::largest_frequency_sq() const
   // the contacts that are there now
 
   std::vector<double> sum(atom->nlocal + atom->nghost, 0.0);
-  double **x = atom->x;
-  auto add = [&](int i, int j, double distance) {
-    double rsq = 0.0;
-    for (int m = 0; m < 3; m++) rsq += (x[j][m] - x[i][m]) * (x[j][m] - x[i][m]);
-    if (rsq >= distance * distance) return;
+  for_touching([&](int i, int j, double, const Spring *, double) {
     const double k =
         laws[index(atom->type[i], atom->type[j])].spring(atom->vfrac[i], atom->vfrac[j]);
     sum[i] += k;
     sum[j] += k;
-  };
-  if (indices_valid()) {
-    for (std::size_t row = 0; row < row_node.size(); row++)
-      for (int k = row_first[row]; k < row_first[row + 1]; k++) {
-        const int i = row_node[row], j = candidates[k];
-        add(i, j, laws[index(atom->type[i], atom->type[j])].radius);
-      }
-    for (const auto &pair : fragments) add(pair.i, pair.j, pair.distance);
-  }
+  });
   for (int i = 0; i < atom->nlocal; i++) largest = MAX(largest, 2.0 * sum[i] / atom->rmass[i]);
   MPI_Allreduce(MPI_IN_PLACE, &largest, 1, MPI_DOUBLE, MPI_MAX, world);
   return largest;

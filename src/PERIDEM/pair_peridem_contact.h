@@ -20,6 +20,7 @@ PairStyle(peridem/contact,PairPeridemContact);
 
 #include "atom.h"
 #include "pair.h"
+#include "peridem_books.h"
 #include "peridem_bodies.h"
 #include "peridem_contact_law.h"
 #include "peridem_grains.h"
@@ -63,6 +64,12 @@ class PairPeridemContact : public Pair {
   // bounds over the contacts that are and the stiffest that can be; collective
   double largest_frequency_sq() const;
   double largest_dashpot_ratio() const;
+
+  // for the energy ledger: forces that take energy away; energy of overlaps and of tangential
+  // springs, on this rank (half of what it shares with another)
+  PeridemBooks books;
+  double elastic_energy() const;
+  double spring_energy() const;
 
   // tangential springs, for the fix that carries them along with the nodes
   bool springs_live() const { return live; }
@@ -132,6 +139,8 @@ class PairPeridemContact : public Pair {
   void touch(int i, int j, double distance, double rsq, const double *d, Spring *spring);
   void find_body(int i);
   void inherit_peaks();
+  void book(int i, int j, std::vector<double> &forces, const double *force);
+  template <class Visit> void for_touching(Visit) const;
   void impact_pass();
   void find_spring(int i, int j, Spring &) const;
 };

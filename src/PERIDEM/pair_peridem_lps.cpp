@@ -103,6 +103,7 @@ void PairPeridemLPS::compute(int eflag, int vflag)
     else
       force_pass<false>();
   }
+  if (books.open) book_viscous_forces();
 }
 
 /* ---------------------------------------------------------------------- */
@@ -404,6 +405,29 @@ template <bool VISCOUS> void PairPeridemLPS::force_pass_tally()
         if (vflag_atom) vatom[i][m] += w[m];
       }
   }
+}
+
+/* ----------------------------------------------------------------------
+   the forces of the dashpots alone, once more: only while energies are booked
+------------------------------------------------------------------------- */
+
+void PairPeridemLPS::book_viscous_forces()
+{
+  books.clear(atom->nlocal);
+  if (!any_viscous) return;
+  double **x = atom->x, **v = atom->v;
+  for (int i = 0; i < atom->nlocal; i++)
+    for (bigint k = bonds->start[i]; k < bonds->start[i] + bonds->num[i]; k++) {
+      const int j = bonds->partner[k];
+      double d[3], rsq = TINY, rate = 0.0;
+      for (int m = 0; m < 3; m++) {
+        d[m] = x[j][m] - x[i][m];
+        rsq += d[m] * d[m];
+        rate += d[m] * (v[j][m] - v[i][m]);
+      }
+      PeridemBooks::add(books.damping, i, d,
+                        bonds->weight[k] * (dashpot[i] + dashpot[j]) * rate / rsq);
+    }
 }
 
 /* ----------------------------------------------------------------------

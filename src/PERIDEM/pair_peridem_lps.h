@@ -66,6 +66,7 @@ class PairPeridemLPS : public PairPeridem {
   void set_dilatation(int, double);
   template <bool VISCOUS> void force_pass();
   template <bool VISCOUS> void force_pass_tally();
+  void book_viscous_forces();
 };
 
 }    // namespace LAMMPS_NS

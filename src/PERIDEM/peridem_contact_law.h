@@ -101,6 +101,13 @@ class PeridemContactLaw {
   // stretch of the tangential spring, kept by the caller (null where there is no history)
   void tangential(const Touch &, const double *slide, double *slip, double *force) const;
 
+  // energy of the tangential spring beside a normal spring k
+  double spring_energy(double k, const double *slip) const
+  {
+    if (!uses_history()) return 0.0;
+    return 0.5 * ratio * k * (slip[0] * slip[0] + slip[1] * slip[1] + slip[2] * slip[2]);
+  }
+
   static PeridemContactLaw resolve(const PeridemContactGiven &, const PeridemContactKnown &,
                                    const std::string &where, class LAMMPS *);
   std::string describe() const;

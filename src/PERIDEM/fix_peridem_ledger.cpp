@@ -1,0 +1,227 @@
+/* ----------------------------------------------------------------------
+   LAMMPS - Large-scale Atomic/Molecular Massively Parallel Simulator
+   https://www.lammps.org/, Sandia National Laboratories
+   LAMMPS development team: developers@lammps.org
+
+   This file is part of PERIDEM, a package for LAMMPS.  It is distributed
+   under the GNU General Public License, version 2.
+
+   See the README file in the top-level LAMMPS directory.
+------------------------------------------------------------------------- */
+
+/* ----------------------------------------------------------------------
+   Contributing author: the PERIDEM developers
+------------------------------------------------------------------------- */
+
+#include "fix_peridem_ledger.h"
+
+#include "fix_peridem_wall.h"
+#include "pair_peridem.h"
+#include "pair_peridem_contact.h"
+
+#include "atom.h"
+#include "error.h"
+#include "force.h"
+#include "modify.h"
+#include "update.h"
+
+using namespace LAMMPS_NS;
+using namespace FixConst;
+
+static constexpr char ID[] = "PERIDEM_LEDGER";
+static constexpr char PLACE[] = "PERIDEM_LEDGER_PLACE";
+
+/* ---------------------------------------------------------------------- */
+
+FixPeridemLedger::FixPeridemLedger(LAMMPS *lmp, int narg, char **arg) : Fix(lmp, narg, arg)
+{
+  nevery = 1;
+}
+
+/* ---------------------------------------------------------------------- */
+
+FixPeridemLedger::~FixPeridemLedger()
+{
+  if (!force || !force->pair || !modify) return;
+  find_styles();
+  for (auto *solid : solids) solid->books.open = false;
+  if (contact) contact->books.open = false;
+  for (auto *wall : walls) wall->books.open = false;
+}
+
+/* ---------------------------------------------------------------------- */
+
+void FixPeridemLedger::keep_place(LAMMPS *lmp)
+{
+  if (lmp->modify->get_fix_by_id(ID) || lmp->modify->get_fix_by_id(PLACE)) return;
+  lmp->modify->add_fix(std::string(PLACE) + " all DUMMY");
+}
+
+/* ---------------------------------------------------------------------- */
+
+Fix *FixPeridemLedger::make(LAMMPS *lmp)
+{
+  const std::string command = std::string(ID) + " all " + ID;
+  return lmp->modify->get_fix_by_id(PLACE) ? lmp->modify->replace_fix(PLACE, command, 1)
+                                           : lmp->modify->add_fix(command);
+}
+
+/* ---------------------------------------------------------------------- */
+
+int FixPeridemLedger::setmask()
+{
+  return POST_FORCE | END_OF_STEP;
+}
+
+/* ---------------------------------------------------------------------- */
+
+void FixPeridemLedger::find_styles()
+{
+  solids = PairPeridem::find_all(lmp);
+  contact = dynamic_cast<PairPeridemContact *>(force->pair_match("peridem/contact", 1));
+  walls.clear();
+  for (auto *fix : modify->get_fix_by_style("^peridem/wall$"))
+    walls.push_back(dynamic_cast<FixPeridemWall *>(fix));
+}
+
+/* ---------------------------------------------------------------------- */
+
+void FixPeridemLedger::init()
+{
+  for (int i = 0; i < modify->nfix && modify->fix[i] != this; i++)
+    if (modify->fmask[i] & POST_FORCE)
+      error->all(FLERR, Error::NOLASTLINE,
+                 "Compute peridem/energy: fix {} {} must be defined after the pair style",
+                 modify->fix[i]->id, modify->fix[i]->style);
+  if (utils::strmatch(update->integrate_style, "^respa"))
+    error->all(FLERR, Error::NOLASTLINE,
+               "Compute peridem/energy cannot be used with run_style respa");
+
+  find_styles();
+  for (auto *solid : solids) solid->books.open = true;
+  if (contact) contact->books.open = true;
+  for (auto *wall : walls) wall->books.open = true;
+  prescribed_bits = 0;
+  for (const auto *fix : modify->get_fix_by_style("^move$")) prescribed_bits |= fix->groupbit;
+}
+
+/* ----------------------------------------------------------------------
+   the books are opened at the start of the first run
+------------------------------------------------------------------------- */
+
+void FixPeridemLedger::setup(int)
+{
+  if (started) return;
+  started = true;
+  kinetic_prescribed_at_start = kinetic(prescribed_bits);
+  broken_at_start = broken();
+  walls_at_start = 0.0;
+  for (auto *wall : walls) walls_at_start += wall->compute_vector(7);
+  double totals[NITEMS];
+  balance(totals);
+  stored_at_start = totals[STRAIN] + totals[CONTACT] + totals[KINETIC];
+}
+
+/* ----------------------------------------------------------------------
+   this fix comes first: so far there are only the forces of bonds and contacts
+------------------------------------------------------------------------- */
+
+void FixPeridemLedger::post_force(int)
+{
+  const double *const f = atom->f[0];
+  internal.assign(f, f + 3 * static_cast<std::size_t>(atom->nlocal));
+}
+
+/* ----------------------------------------------------------------------
+   Work is force times velocity at the same time: over many steps this is exact to second order.
+   On nodes whose motion is prescribed, what prescribes it makes up for all forces.
+------------------------------------------------------------------------- */
+
+void FixPeridemLedger::end_of_step()
+{
+  double **f = atom->f, **v = atom->v;
+  const int n = atom->nlocal;
+  const double dt = update->dt;
+  double total = 0.0, prescribed = 0.0;
+  for (int i = 0; i < atom->nlocal; i++) {
+    double power = 0.0;
+    for (int k = 0; k < 3; k++) power += f[i][k] * v[i][k];
+    total += power;
+    if (atom->mask[i] & prescribed_bits) prescribed += power;
+  }
+
+  double inside = PeridemBooks::power(internal, v, n);
+  for (auto *wall : walls) {
+    const auto power = wall->power();
+    inside += power.on_nodes;
+    friction -= dt * power.friction;
+    damping -= dt * power.damping;
+  }
+  if (contact) {
+    friction -= dt * PeridemBooks::power(contact->books.friction, v, n);
+    damping -= dt * PeridemBooks::power(contact->books.damping, v, n);
+  }
+  for (auto *solid : solids) damping -= dt * PeridemBooks::power(solid->books.damping, v, n);
+  other += dt * (total - inside);
+  on_prescribed += dt * prescribed;
+}
+
+/* ---------------------------------------------------------------------- */
+
+double FixPeridemLedger::kinetic(int groupbits) const
+{
+  double **v = atom->v;
+  double sum = 0.0;
+  for (int i = 0; i < atom->nlocal; i++)
+    if (atom->mask[i] & groupbits)
+      sum += atom->rmass[i] * (v[i][0] * v[i][0] + v[i][1] * v[i][1] + v[i][2] * v[i][2]);
+  return 0.5 * force->mvv2e * sum;
+}
+
+/* ---------------------------------------------------------------------- */
+
+double FixPeridemLedger::broken() const
+{
+  double sum = 0.0;
+  for (const auto *solid : solids) sum += solid->broken_energy;
+  return sum;
+}
+
+/* ---------------------------------------------------------------------- */
+
+void FixPeridemLedger::balance(double *totals)
+{
+  double mine[NITEMS] = {};
+  for (auto *solid : solids)
+    for (int i = 0; i < atom->nlocal; i++)
+      if (solid->covers(atom->type[i])) mine[STRAIN] += solid->strain_energy(i);
+
+  // a tangential spring holds part of what friction has taken so far
+  double springs = contact ? contact->spring_energy() : 0.0;
+  mine[CONTACT] = contact ? contact->elastic_energy() : 0.0;
+  for (const auto *wall : walls) {
+    springs += wall->spring_energy();
+    mine[CONTACT] += wall->elastic_energy();
+  }
+  mine[CONTACT] += springs;
+  mine[BROKEN] = broken() - broken_at_start;
+  mine[FRICTION] = friction - springs;
+  mine[DAMPING] = damping;
+  mine[KINETIC] = kinetic(~0);
+  // the motion of prescribed nodes is paid by what prescribes it
+  mine[OTHER] = other + kinetic(prescribed_bits) - kinetic_prescribed_at_start - on_prescribed;
+  MPI_Allreduce(mine, totals, NITEMS, MPI_DOUBLE, MPI_SUM, world);
+  for (auto *wall : walls) totals[WALLS] += wall->compute_vector(7);
+  totals[WALLS] -= walls_at_start;
+
+  const double stored = totals[STRAIN] + totals[CONTACT] + totals[KINETIC];
+  const double lost = totals[BROKEN] + totals[FRICTION] + totals[DAMPING];
+  totals[DRIFT] = stored - stored_at_start + lost - totals[WALLS] - totals[OTHER];
+}
+
+/* ---------------------------------------------------------------------- */
+
+double FixPeridemLedger::memory_usage()
+{
+  return static_cast<double>(internal.capacity()) * sizeof(double);
+}

@@ -1,0 +1,75 @@
+/* -*- c++ -*- ----------------------------------------------------------
+   LAMMPS - Large-scale Atomic/Molecular Massively Parallel Simulator
+   https://www.lammps.org/, Sandia National Laboratories
+   LAMMPS development team: developers@lammps.org
+
+   This file is part of PERIDEM, a package for LAMMPS.  It is distributed
+   under the GNU General Public License, version 2.
+
+   See the README file in the top-level LAMMPS directory.
+------------------------------------------------------------------------- */
+
+#ifdef FIX_CLASS
+// clang-format off
+FixStyle(PERIDEM_LEDGER,FixPeridemLedger);
+// clang-format on
+#else
+
+#ifndef LMP_FIX_PERIDEM_LEDGER_H
+#define LMP_FIX_PERIDEM_LEDGER_H
+
+#include "fix.h"
+
+#include <vector>
+
+namespace LAMMPS_NS {
+
+class FixPeridemWall;
+class PairPeridem;
+class PairPeridemContact;
+
+// Books energies step by step for compute peridem/energy, which makes this fix; not for scripts.
+
+class FixPeridemLedger : public Fix {
+ public:
+  FixPeridemLedger(class LAMMPS *, int, char **);
+  ~FixPeridemLedger() override;
+  int setmask() override;
+  void init() override;
+  void setup(int) override;
+  void post_force(int) override;
+  void end_of_step() override;
+  double memory_usage() override;
+
+  // strain, contact, broken bonds, friction loss, damping loss, wall work, kinetic, drift, other
+  // work; over all ranks, since the ledger was opened
+  void balance(double *totals);
+
+  // Pair styles keep a place for this fix at the head of the list of fixes, so that it sees the
+  // forces before other fixes add theirs.
+  static void keep_place(class LAMMPS *);
+  static Fix *make(class LAMMPS *);
+
+ private:
+  enum { STRAIN, CONTACT, BROKEN, FRICTION, DAMPING, WALLS, KINETIC, DRIFT, OTHER, NITEMS };
+
+  std::vector<PairPeridem *> solids;
+  PairPeridemContact *contact{nullptr};
+  std::vector<FixPeridemWall *> walls;
+  int prescribed_bits{0};              // groups whose motion fix move prescribes
+  bool started{false};
+  std::vector<double> internal;        // forces of bonds and contacts on owned nodes
+  double friction{0.0}, damping{0.0}, other{0.0}, on_prescribed{0.0};    // work so far, this rank
+  double walls_at_start{0.0};          // work that walls had done before
+  double stored_at_start{0.0};         // all ranks
+  double kinetic_prescribed_at_start{0.0}, broken_at_start{0.0};    // this rank
+
+  void find_styles();
+  double kinetic(int groupbits) const;
+  double broken() const;
+};
+
+}    // namespace LAMMPS_NS
+
+#endif
+#endif
