@@ -41,7 +41,7 @@ using namespace FixConst;
 /* ---------------------------------------------------------------------- */
 
 FixPeridemWall::FixPeridemWall(LAMMPS *lmp, int narg, char **arg) :
-    Fix(lmp, narg, arg), motion(lmp, style), own_bodies(lmp)
+    Fix(lmp, narg, arg), motion(lmp, style), nearby(lmp), own_bodies(lmp)
 {
   if (!atom->style_match("peridem"))
     error->all(FLERR, 2, "Fix {} requires atom style peridem; the atom style is {}", style,
@@ -148,6 +148,7 @@ void FixPeridemWall::init()
 
   laws.assign(ntypes + 1, PeridemContactLaw());
   any_restitution = false;
+  largest_radius = 0.0;
   for (int t = 1; t <= ntypes; t++) {
     if (!used[t]) continue;
     const auto what = (contact && contact->covers(t)) ? given.over(contact->own(t)) : given;
@@ -155,6 +156,7 @@ void FixPeridemWall::init()
     laws[t] = PeridemContactLaw::resolve(
         what, PairPeridemContact::known(lmp, t, t, spacings), where, lmp);
     any_restitution = any_restitution || laws[t].uses_restitution();
+    largest_radius = MAX(largest_radius, laws[t].radius);
   }
   if (comm->me == 0) describe(used);
   const auto fixes = modify->get_fix_by_style("^peridem/bonds$");
@@ -212,18 +214,18 @@ void FixPeridemWall::follow_surface()
 
 /* ---------------------------------------------------------------------- */
 
-bigint FixPeridemWall::count_misplaced(tagint &lowest)
+bool FixPeridemWall::misplaced(int i) const
 {
-  bigint count = 0, count_all;
-  lowest = MAXTAGINT;
-  for (int i = 0; i < atom->nlocal; i++) {
-    if (!(atom->mask[i] & groupbit)) continue;
-    double x[3];    // as if the wall had not moved
-    for (int k = 0; k < 3; k++) x[k] = atom->x[i][k] - motion.shift[k];
-    if (surface->permits(x)) continue;
-    count++;
-    lowest = MIN(lowest, atom->tag[i]);
-  }
+  double x[3];    // as if the wall had not moved
+  for (int k = 0; k < 3; k++) x[k] = atom->x[i][k] - motion.shift[k];
+  return !surface->permits(x);
+}
+
+/* ---------------------------------------------------------------------- */
+
+bigint FixPeridemWall::sum_misplaced(bigint count, tagint &lowest) const
+{
+  bigint count_all;
   tagint lowest_all;
   MPI_Allreduce(&count, &count_all, 1, MPI_LMP_BIGINT, MPI_SUM, world);
   MPI_Allreduce(&lowest, &lowest_all, 1, MPI_LMP_TAGINT, MPI_MIN, world);
@@ -237,8 +239,14 @@ bigint FixPeridemWall::count_misplaced(tagint &lowest)
 
 void FixPeridemWall::check_start()
 {
-  tagint lowest;
-  const bigint count = count_misplaced(lowest);
+  bigint count = 0;
+  tagint lowest = MAXTAGINT;
+  for (int i = 0; i < atom->nlocal; i++) {
+    if (!(atom->mask[i] & groupbit) || !misplaced(i)) continue;
+    count++;
+    lowest = MIN(lowest, atom->tag[i]);
+  }
+  count = sum_misplaced(count, lowest);
   if (count)
     error->all(FLERR, Error::NOLASTLINE, "Fix {} {}: {} nodes start {} (the first is atom-ID {}): {}",
                id, style, count, surface->wrong_side(), lowest, surface->right_side());
@@ -250,8 +258,14 @@ void FixPeridemWall::check_start()
 
 void FixPeridemWall::check_lost()
 {
-  tagint lowest;
-  const bigint count = count_misplaced(lowest);
+  bigint count = 0;
+  tagint lowest = MAXTAGINT;
+  for (const int i : nearby.nodes()) {
+    if (!misplaced(i)) continue;
+    count++;
+    lowest = MIN(lowest, atom->tag[i]);
+  }
+  count = sum_misplaced(count, lowest);
   if (count)
     error->all(FLERR, Error::NOLASTLINE,
                "Fix {} {}: {} nodes have gone through the wall, they are {} at step {} (the first is "
@@ -300,6 +314,26 @@ FixPeridemWall::Power FixPeridemWall::power() const
   return sum;
 }
 
+/* ----------------------------------------------------------------------
+   new local indices ask for a new list on all ranks, a wall that has moved on this one
+------------------------------------------------------------------------- */
+
+void FixPeridemWall::renew_list()
+{
+  const bool new_indices = neighbor->ago == 0;
+  if (!new_indices && !nearby.stale(*surface, motion)) return;
+  nearby.build(*surface, motion, groupbit, largest_radius);
+  if (new_indices && !surface->pushes_back()) check_lost();
+
+  // nodes that are not on the list do not touch
+  auto next = nearby.nodes().begin();
+  for (int i = 0; i < atom->nlocal; i++)
+    if (next != nearby.nodes().end() && *next == i)
+      ++next;
+    else if (!memories.empty(i))
+      memories.clear(i);
+}
+
 /* ---------------------------------------------------------------------- */
 
 void FixPeridemWall::clear_loads()
@@ -315,7 +349,7 @@ void FixPeridemWall::clear_loads()
 void FixPeridemWall::post_force(int vflag)
 {
   if (!update->setupflag) follow_surface();
-  if (neighbor->ago == 0 && !surface->pushes_back()) check_lost();
+  renew_list();
 
   v_init(vflag);
   loads_before.swap(loads);
@@ -333,8 +367,7 @@ void FixPeridemWall::post_force(int vflag)
 void FixPeridemWall::touch_all()
 {
   const double *const shift = motion.shift;
-  for (int i = 0; i < atom->nlocal; i++) {
-    if (!(atom->mask[i] & groupbit)) continue;
+  for (const int i : nearby.nodes()) {
     const double x[3] = {atom->x[i][0] - shift[0], atom->x[i][1] - shift[1],
                          atom->x[i][2] - shift[2]};
     feet.clear();

@@ -24,6 +24,7 @@ FixStyle(peridem/wall,FixPeridemWall);
 #include "peridem_contact_law.h"
 #include "peridem_grains.h"
 #include "peridem_surface.h"
+#include "peridem_wall_list.h"
 #include "peridem_wall_memory.h"
 #include "peridem_wall_motion.h"
 
@@ -84,6 +85,8 @@ class FixPeridemWall : public Fix {
   PeridemContactGiven given;
   std::vector<PeridemContactLaw> laws;    // by node type
   PeridemGrains::Extremes extremes;
+  PeridemWallList nearby;
+  double largest_radius{0.0};
   PeridemWallMemory memories;
   FixPeridemBonds *bonds{nullptr};
   bool any_restitution{false};
@@ -118,9 +121,11 @@ class FixPeridemWall : public Fix {
   int parse_keyword(int, int, char **);
   void describe(const std::vector<int> &) const;
   void follow_surface();
-  bigint count_misplaced(tagint &lowest);
+  bool misplaced(int i) const;
+  bigint sum_misplaced(bigint count, tagint &lowest) const;
   void check_start();
   void check_lost();
+  void renew_list();
   void clear_loads();
   void touch_all();
   void touch(int i, const PeridemSurface::Foot &);

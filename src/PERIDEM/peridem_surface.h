@@ -49,6 +49,11 @@ class PeridemSurface : protected Pointers {
   virtual void advance(bool /*stepping*/) {}
   // faces nearer to x than the cutoff
   virtual void feet(const double *x, double cutoff, std::vector<Foot> &) = 0;
+  // a face, seen from either side, may be nearer to x than the reach
+  virtual bool near(const double *x, double reach) = 0;
+  // how far, at most, any point of the surface within a box has moved since the last mark
+  virtual void mark() {}
+  virtual double drift(const double * /*low*/, const double * /*high*/) const { return 0.0; }
   // false: x is behind the surface
   virtual bool permits(const double *x) = 0;
   // most faces a node can touch at a time

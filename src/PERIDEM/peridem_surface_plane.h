@@ -25,6 +25,7 @@ class PeridemSurfacePlane : public PeridemSurface {
   static constexpr int WORDS = 7;
 
   void feet(const double *x, double cutoff, std::vector<Foot> &) override;
+  bool near(const double *x, double reach) override { return distance(x) < reach; }
   bool permits(const double *x) override { return distance(x) >= 0.0; }
   int most_feet() const override { return 1; }
   bool pushes_back() const override { return true; }

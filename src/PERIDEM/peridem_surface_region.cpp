@@ -287,8 +287,7 @@ void PeridemSurfaceRegion::feet_of_primitive(int k, const double *x, double cuto
   for (int c = 0; c < count; c++) {
     const auto &contact = one.region->contact[c];
     if (!(contact.r > 0.0)) continue;    // there is no direction to push in
-    // the ends of a region that is cut by the plane of a 2d simulation are no walls
-    if (domain->dimension == 2 && std::fabs(contact.delz) > 0.5 * contact.r) continue;
+    if (is_end_in_2d(one.region, c)) continue;
     Foot foot;
     foot.key = one.first_key + contact.iwall;
     foot.part = k;
@@ -307,6 +306,68 @@ void PeridemSurfaceRegion::feet_of_primitive(int k, const double *x, double cuto
       one.region->velocity_contact_shape(foot.velocity, foot.at);
     list.push_back(foot);
   }
+}
+
+/* ----------------------------------------------------------------------
+   the ends of a region that the plane of a 2d simulation cuts are no walls
+------------------------------------------------------------------------- */
+
+bool PeridemSurfaceRegion::is_end_in_2d(const Region *region, int c) const
+{
+  const auto &contact = region->contact[c];
+  return domain->dimension == 2 && std::fabs(contact.delz) > 0.5 * contact.r;
+}
+
+/* ----------------------------------------------------------------------
+   any face of any part counts, also those that another part hides now
+------------------------------------------------------------------------- */
+
+bool PeridemSurfaceRegion::near(const double *x, double reach)
+{
+  for (const auto &one : primitives) {
+    Region *const region = one.region;
+    bool found = false;
+    for (int side = 0; side < 2; side++) {
+      const int count = region->surface(x[0], x[1], x[2], reach);
+      for (int c = 0; c < count && !found; c++) found = !is_end_in_2d(region, c);
+      region->interior ^= 1;    // twice
+    }
+    if (found) return true;
+  }
+  return false;
+}
+
+/* ---------------------------------------------------------------------- */
+
+void PeridemSurfaceRegion::mark()
+{
+  for (auto &one : primitives) {
+    for (int m = 0; m < 3; m++) one.marked_shift[m] = one.shift[m];
+    one.marked_angle = one.angle;
+    one.marked_size = one.size;
+  }
+}
+
+/* ---------------------------------------------------------------------- */
+
+double PeridemSurfaceRegion::drift(const double *low, const double *high) const
+{
+  double largest = 0.0;
+  for (std::size_t k = 0; k < primitives.size(); k++) {
+    const auto &one = primitives[k];
+    double way = 0.0, arm = 0.0;    // arm: from the axis to the farthest corner of the box
+    for (int m = 0; m < 3; m++) {
+      const double step = one.shift[m] - one.marked_shift[m];
+      const double p = rigid[k].point[m];
+      const double far = MAX(std::fabs(low[m] - p), std::fabs(high[m] - p));
+      way += step * step;
+      arm += far * far;
+    }
+    way = std::sqrt(way) + std::sqrt(arm) * std::fabs(one.angle - one.marked_angle) +
+        std::fabs(one.size - one.marked_size);
+    largest = MAX(largest, way);
+  }
+  return largest;
 }
 
 /* ---------------------------------------------------------------------- */

@@ -30,6 +30,9 @@ class PeridemSurfaceRegion : public PeridemSurface {
   void init() override;
   void advance(bool stepping) override;
   void feet(const double *x, double cutoff, std::vector<Foot> &) override;
+  bool near(const double *x, double reach) override;
+  void mark() override;
+  double drift(const double *low, const double *high) const override;
   bool permits(const double *x) override;
   int most_feet() const override { return most; }
   bool moves() const override;
@@ -54,6 +57,7 @@ class PeridemSurfaceRegion : public PeridemSurface {
     double angle{0.0};
     double size{0.0};                 // radius, where a variable sets it
     double size_before{0.0};          // a step earlier
+    double marked_shift[3]{0.0, 0.0, 0.0}, marked_angle{0.0}, marked_size{0.0};
   };
   static constexpr int STATE = 13;    // numbers of a primitive in a restart
 
@@ -70,6 +74,7 @@ class PeridemSurfaceRegion : public PeridemSurface {
   void feet_of(Region *, const double *x, double cutoff, std::vector<Foot> &);
   void feet_of_primitive(int, const double *x, double cutoff, std::vector<Foot> &);
   void follow(int, bool stepping);
+  bool is_end_in_2d(const Region *, int c) const;
 };
 
 }    // namespace LAMMPS_NS

@@ -305,6 +305,32 @@ def test_a_shape_whose_speed_is_unknown_is_refused(simulation):
         sim.commands("run 0 post no")
 
 
+@pytest.mark.parametrize("skin", [0.3, 0.0, 3.0])
+def test_a_wall_that_comes_from_afar_finds_the_nodes(skin, simulation):
+    """Held nodes: no neighbor list is made on the way, yet the fin turns by many skins."""
+    sim = beside(
+        simulation,
+        [[0.0, 6.5, 0.0], [-6.5, 0.0, 0.0]],
+        f"""
+        variable turn equal step*dt
+        region fin block 2 9 -1 1 INF INF side out units box rotate v_turn 0 0 0 0 0 1
+        fix wall all peridem/wall region fin {LAW}
+        """,
+        2,
+        skin=skin,
+    )
+    for turn in (0.5, 1.3, 2.9):
+        sim.commands(f"run $(round({turn}/dt)-step) post no")
+        expected = np.zeros((2, 3))
+        for k, angle in enumerate((np.pi / 2, np.pi)):
+            gap = 6.5 * np.sin(angle - turn) - 1.0  # in front of the face that comes
+            if angle - turn < np.pi / 2 and 0 < gap < RADIUS:
+                expected[k] = SPRING * (RADIUS - gap) * np.array([-np.sin(turn), np.cos(turn), 0])
+        np.testing.assert_allclose(sim.atoms("f"), expected, rtol=0, atol=1e-11)
+        if turn > 1.0:
+            assert expected.any()
+
+
 def test_two_walls_may_follow_one_region(simulation):
     """Each finds the velocity of the surface by itself."""
     sim = beside(
