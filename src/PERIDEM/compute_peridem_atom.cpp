@@ -17,6 +17,7 @@
 
 #include "fix_peridem_bonds.h"
 #include "pair_peridem.h"
+#include "peridem_compat.h"
 
 #include "atom.h"
 #include "comm.h"
@@ -181,7 +182,7 @@ double ComputePeridemAtom::surface(int i) const
   for (bigint k = bonds->start[i]; k < bonds->start[i] + bonds->num[i]; k++) {
     const double *const Xj = X[bonds->partner[k]];
     double d[3] = {Xj[0] - X[i][0], Xj[1] - X[i][1], Xj[2] - X[i][2]};
-    domain->minimum_image(FLERR, d[0], d[1], d[2]);
+    PeridemCompat::minimum_image(domain, d);
     for (int m = 0; m < 3; m++) mean[m] += d[m] / bonds->length[k];
   }
   const double length =

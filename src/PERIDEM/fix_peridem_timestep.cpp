@@ -35,7 +35,7 @@ using namespace FixConst;
 FixPeridemTimestep::FixPeridemTimestep(LAMMPS *lmp, int narg, char **arg) :
     Fix(lmp, narg, arg), stability(lmp)
 {
-  nevery = 1000;
+  nevery = 10;
   scalar_flag = vector_flag = 1;
   size_vector = 4;
   global_freq = 1;

@@ -19,6 +19,7 @@
 #include "fix_peridem_history.h"
 #include "fix_peridem_ledger.h"
 #include "pair_peridem.h"
+#include "peridem_compat.h"
 #include "peridem_grains.h"
 
 #include "atom.h"
@@ -385,9 +386,9 @@ void PairPeridemContact::add_fragment(int i, int j)
   const auto &law = laws[index(atom->type[i], atom->type[j])];
   if (!law.fragments || law.radius == 0.0) return;
   double **X = atom->x0;
-  double dx = X[j][0] - X[i][0], dy = X[j][1] - X[i][1], dz = X[j][2] - X[i][2];
-  domain->minimum_image(FLERR, dx, dy, dz);
-  const double R = std::sqrt(dx * dx + dy * dy + dz * dz);
+  double d[3] = {X[j][0] - X[i][0], X[j][1] - X[i][1], X[j][2] - X[i][2]};
+  PeridemCompat::minimum_image(domain, d);
+  const double R = std::sqrt(d[0] * d[0] + d[1] * d[1] + d[2] * d[2]);
   fragments.push_back({i, j, MIN(law.radius, R)});
   if (any_springs) fragment_springs.emplace_back();
 }
@@ -676,13 +677,13 @@ void PairPeridemContact::unpack_reverse_comm(int n, int *list, double *buf)
 
 /* ----------------------------------------------------------------------
    Gershgorin's bound: twice the sum of the springs at a node over its mass. A node is taken to
-   touch two others at a time in 2d, three in 3d.
+   touch up to three others at a time in 2d, four in 3d; contacts beyond that are looked at.
 ------------------------------------------------------------------------- */
 
 double PairPeridemContact::largest_frequency_sq() const
 {
   double largest = 0.0;
-  const double most = domain->dimension;    // nodes touched at a time
+  const double most = domain->dimension + 1;    // nodes touched at a time
   for (int i = 1; i <= ntypes; i++)
     for (int j = 1; j <= ntypes; j++) {
       const auto &law = laws[index(i, j)];
@@ -713,7 +714,7 @@ double PairPeridemContact::largest_frequency_sq() const
 double PairPeridemContact::largest_dashpot_ratio() const
 {
   double largest = 0.0;
-  const double most = domain->dimension;
+  const double most = domain->dimension + 1;
   for (int i = 1; i <= ntypes; i++)
     for (int j = 1; j <= ntypes; j++) {
       const auto &law = laws[index(i, j)];

@@ -16,6 +16,7 @@
 #include "peridem_families.h"
 
 #include "peridem_cells.h"
+#include "peridem_compat.h"
 #include "peridem_cut.h"
 #include "peridem_material.h"
 
@@ -220,10 +221,9 @@ void PeridemFamilies::families_of_block(const Node *first, const Node *last,
       volume += vV;
       wvolume += mat->influence(R / mat->horizon) * R * R * vV;
 
-      double dx = other.x[0] - node->x[0], dy = other.x[1] - node->x[1],
-             dz = other.x[2] - node->x[2];
-      domain->minimum_image(FLERR, dx, dy, dz);
-      longest_now = std::max(longest_now, std::sqrt(dx * dx + dy * dy + dz * dz));
+      double d[3] = {other.x[0] - node->x[0], other.x[1] - node->x[1], other.x[2] - node->x[2]};
+      PeridemCompat::minimum_image(domain, d);
+      longest_now = std::max(longest_now, std::sqrt(d[0] * d[0] + d[1] * d[1] + d[2] * d[2]));
     }
 
     const auto reference = static_cast<double>(row.size());
