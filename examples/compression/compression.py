@@ -3,7 +3,7 @@
 
     python compression.py                 makes the scene, runs it on 2 ranks, draws the results
     python compression.py --no-run        only makes out/demo/in.grains and what it reads
-    python compression.py --speed 0.05    a slower lid
+    python compression.py --speed 0.1     a slower lid
 
 Everything goes to out/demo/ (another folder with --output).
 """
@@ -37,7 +37,7 @@ def make_scene(speed: float) -> scene.Scene:
         bulk=21.6e6,
         poisson=0.25,
         density=1200.0,
-        horizon=3.0 * SPACING,
+        horizon=3.05 * SPACING,  # above three, so that no bond ends just at the edge
         gc=3.0,  # N/m: bonds break at a stretch of 1.8 %
         viscosity=4.0,  # Pa s: ringing between neighbouring nodes dies within a few periods
     )
@@ -66,7 +66,7 @@ def main() -> int:
     about = (__doc__ or "").splitlines()[0]
     options = argparse.ArgumentParser(description=about)
     options.add_argument("--output", type=Path, default=Path("out/demo"), help="folder (out/demo)")
-    options.add_argument("--speed", type=float, default=0.25, help="of the lid, m/s (0.25)")
+    options.add_argument("--speed", type=float, default=0.3, help="of the lid, m/s (0.3)")
     options.add_argument("-np", "--ranks", type=int, default=2, help="MPI processes (2)")
     options.add_argument("--lmp", type=Path, help="the lmp program")
     options.add_argument("--no-run", action="store_true", help="only write the scene")

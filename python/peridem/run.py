@@ -129,7 +129,7 @@ def run(
             environment.setdefault("OMPI_ALLOW_RUN_AS_ROOT_CONFIRM", "1")
         if ranks > (os.cpu_count() or 1):
             environment.setdefault("OMPI_MCA_rmaps_base_oversubscribe", "1")
-    # a session of its own: Ctrl-C at the terminal reaches this process only, which passes it on
+    # its own process group: Ctrl-C at the terminal reaches only this process, which passes it on
     folder = script.parent
     _clear(folder)
     with (folder / "screen.txt").open("w") as screen:

@@ -31,6 +31,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <limits>
 
 using namespace LAMMPS_NS;
 
@@ -124,7 +125,7 @@ void PairPeridem::coeff(int narg, char **arg)
   // under hybrid the input line has the name of the style as well
 
   const int offset = dynamic_cast<PairHybrid *>(force->pair) ? 3 : 2;
-  PeridemMaterialParser parser(lmp, "Pair style " + name, offset);
+  PeridemMaterialParser parser(lmp, "Pair style " + name, offset, model());
 
   bool one_type = false;
   for (int i = ilo; i <= ihi; i++)
@@ -151,56 +152,83 @@ void PairPeridem::init_style()
                "Pair style {} requires atom style peridem; the atom style is {}", name,
                atom->get_style());
 
-  int plane = -1;
-  for (int i = 1; i <= ntypes; i++) {
-    if (!covers(i)) continue;
-    if (plane >= 0 && plane != own_material(i).plane)
-      error->all(FLERR, Error::NOLASTLINE, "Pair style {}: all types must have the same plane", name);
-    plane = own_material(i).plane;
-    for (int j = 1; j <= ntypes; j++)
-      if (covers(j)) mixed[index(i, j)] = mix(MIN(i, j), MAX(i, j));
-  }
-  find_bonds();
+  // types of other solids: their bonds are not for this one to break
+  PeridemMaterial none;
+  none.s0 = std::numeric_limits<double>::infinity();
+  mixed.assign(given.size(), none);
 
   bool viscous = false;
   for (int i = 1; i <= ntypes; i++)
-    if (covers(i) && own_material(i).viscosity > 0.0) viscous = true;
+    for (int j = 1; j <= ntypes; j++) {
+      if (!covers(i) || !covers(j)) continue;
+      if (own_material(i).plane != own_material(j).plane)
+        error->all(FLERR, Error::NOLASTLINE, "Pair style {}: all types must have the same plane",
+                   name);
+      const auto mat = mixed[index(i, j)] = mix(MIN(i, j), MAX(i, j));
+      viscous = viscous || mat.viscosity > 0.0;
+    }
+  find_bonds();
   if (viscous) comm->ghost_velocity = 1;
 }
 
-/* ----------------------------------------------------------------------
-   Bonds between two types of one grain: mean horizon, smaller critical stretch, unless pair_coeff
-   I J says otherwise. Each end keeps its own elastic moduli: I J moduli serve gc only.
-------------------------------------------------------------------------- */
+/* ---------------------------------------------------------------------- */
 
 PeridemMaterial PairPeridem::mix(int i, int j) const
 {
-  const auto &a = given[index(i, i)], &b = given[index(j, j)];
-  PeridemMaterial mat = (i != j && setflag[i][j]) ? given[index(i, j)] : a;
-
-  if (i != j) {
-    if (mat.bulk == 0.0 || !setflag[i][j]) {
-      mat.bulk = 0.5 * (a.bulk + b.bulk);
-      mat.shear = 0.5 * (a.shear + b.shear);
-    }
-    if (mat.horizon == 0.0 || !setflag[i][j]) mat.horizon = 0.5 * (a.horizon + b.horizon);
-    if (!setflag[i][j]) {
-      if (!(a.influence == b.influence) || a.volume != b.volume || a.break_both != b.break_both)
-        error->all(FLERR, Error::NOLASTLINE,
-                   "Pair style {}: types {} and {} differ in influence, volume or break; say with "
-                   "'pair_coeff {} {}' what holds between them",
-                   name, i, j, i, j);
-      mat.cell = 0.5 * (a.cell + b.cell);
-      mat.strength = PeridemMaterial::UNSET;
-    }
-    if (mat.strength == PeridemMaterial::UNSET) {
-      const double sa = a.strength == PeridemMaterial::GC ? a.stretch_from_gc() : a.s0;
-      const double sb = b.strength == PeridemMaterial::GC ? b.stretch_from_gc() : b.s0;
-      mat.s0 = MIN(sa, sb);
-    }
-  }
+  PeridemMaterial mat = setflag[i][j] ? given[index(i, j)] : given[index(i, i)];
+  if (i != j) mix_unlike(mat, i, j);
   if (mat.strength == PeridemMaterial::GC) mat.s0 = mat.stretch_from_gc();
   return mat;
+}
+
+/* ----------------------------------------------------------------------
+   Bonds between two types of one grain: mean moduli and horizon, smaller critical stretch, unless
+   pair_coeff I J says otherwise. In the linear peridynamic solid each end keeps its own moduli:
+   those of I J serve gc only.
+------------------------------------------------------------------------- */
+
+void PairPeridem::mix_unlike(PeridemMaterial &mat, int i, int j) const
+{
+  const auto &a = given[index(i, i)], &b = given[index(j, j)];
+  const bool said = setflag[i][j];
+
+  if (!said) check_alike(i, j);
+  if (mat.plane == PeridemMaterial::AS_TYPES) mat.plane = a.plane;
+  if (mat.plane != a.plane)
+    error->all(FLERR, Error::NOLASTLINE, "Pair style {}: all types must have the same plane", name);
+  if (!said || mat.bulk == 0.0) {
+    mat.bulk = 0.5 * (a.bulk + b.bulk);
+    mat.shear = 0.5 * (a.shear + b.shear);
+  }
+  if (!said || mat.viscosity == 0.0) mat.viscosity = 0.5 * (a.viscosity + b.viscosity);
+  if (!said || mat.horizon == 0.0) mat.horizon = 0.5 * (a.horizon + b.horizon);
+  if (!said) mat.cell = 0.5 * (a.cell + b.cell);
+
+  if (!said || mat.strength == PeridemMaterial::UNSET) {
+    const double sa = a.strength == PeridemMaterial::GC ? a.stretch_from_gc() : a.s0;
+    const double sb = b.strength == PeridemMaterial::GC ? b.stretch_from_gc() : b.s0;
+    mat.s0 = MIN(sa, sb);
+    const bool never = a.strength == PeridemMaterial::UNBREAKABLE &&
+        b.strength == PeridemMaterial::UNBREAKABLE;
+    mat.strength = never ? PeridemMaterial::UNBREAKABLE : PeridemMaterial::UNSET;
+  }
+}
+
+/* ---------------------------------------------------------------------- */
+
+void PairPeridem::check_alike(int i, int j) const
+{
+  const auto &a = given[index(i, i)], &b = given[index(j, j)];
+  if (!(a.influence == b.influence) || a.volume != b.volume || a.break_both != b.break_both)
+    error->all(FLERR, Error::NOLASTLINE,
+               "Pair style {}: types {} and {} differ in influence, volume or break; say with "
+               "'pair_coeff {} {}' what holds between them",
+               name, i, j, i, j);
+  if (a.potential != b.potential)
+    error->all(FLERR, Error::NOLASTLINE,
+               "Pair style {}: types {} and {} differ in potential; say with 'pair_coeff {} {}' what "
+               "holds between them",
+               name, i, j, i, j);
 }
 
 /* ----------------------------------------------------------------------
@@ -307,8 +335,9 @@ double PairPeridem::largest_viscous_time() const
 {
   double largest = 0.0;
   for (int i = 1; i <= ntypes; i++)
-    if (covers(i))
-      largest = MAX(largest, own_material(i).viscosity / own_material(i).shear);
+    for (int j = 1; j <= ntypes; j++)
+      if (covers(i) && covers(j))
+        largest = MAX(largest, material(i, j).viscosity / material(i, j).shear);
   return largest;
 }
 

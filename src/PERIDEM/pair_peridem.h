@@ -78,6 +78,9 @@ class PairPeridem : public Pair {
   std::string bonds_id{"peridem_bonds"};    // the fix whose state a restart file holds
   bool from_restart{false};
 
+  // PeridemMaterial::Model of what pair_coeff gives
+  virtual int model() const { return PeridemMaterial::LPS; }
+
   std::size_t index(int itype, int jtype) const { return itype * (ntypes + 1) + jtype; }
 
   // linear response of the bonds at the present positions: force on owned nodes from small
@@ -95,6 +98,8 @@ class PairPeridem : public Pair {
 
   void allocate();
   PeridemMaterial mix(int itype, int jtype) const;
+  void mix_unlike(PeridemMaterial &, int itype, int jtype) const;
+  void check_alike(int itype, int jtype) const;
   void find_bonds();
   std::string placeholder() const;
 };

@@ -26,7 +26,7 @@ def compression():
 @pytest.fixture(scope="module")
 def made(compression):
     """Its scene, at the speed of the full run."""
-    return compression.make_scene(0.25)
+    return compression.make_scene(0.3)
 
 
 def test_compression_has_many_grains_of_four_shapes_and_two_sizes(made):
@@ -57,7 +57,7 @@ def test_compression_runs_on_two_ranks(made, tmp_path, lmp):
     # the lid hangs still above the grains in the first instants, and moves at its speed:
     # averages over 40 steps lag by half a window, 19.5 steps
     step = made._timestep()[0]
-    assert record["v_lid_travel"][-1] == pytest.approx(0.25 * step * (400 - 19.5), rel=1e-4)
+    assert record["v_lid_travel"][-1] == pytest.approx(0.3 * step * (400 - 19.5), rel=1e-4)
 
 
 def test_compression_only_writes_when_asked_to(tmp_path):
@@ -80,11 +80,12 @@ def test_first_script_breaks_discs(tmp_path, lmp):
     (tmp_path / "in.grains").write_text(re.sub(r"(?m)^run .*", "run 4000", text))
     run.run(tmp_path, lmp=lmp, quiet=True)
     table = results.thermo(tmp_path / run.LOG)
-    by_time = dict(zip(table["Step"], table["f_lid[2]"], strict=True))
-    assert by_time[0] == 0.0
-    # numbers of its README; before the first break they depend on nothing but the step's choice
-    assert by_time[3000] == pytest.approx(1100.0, rel=0.1)
-    assert table["c_damage"][3] == 0.0 and 0.01 < table["c_damage"][-1] < 0.3
+    force, damage = table["f_lid[2]"], table["c_damage"]
+    assert force[0] == 0.0 and damage[0] == 0.0
+    # its README says 1500 N just before the discs break, seen here only every thousand steps
+    assert 700.0 < force.max() < 3000.0
+    assert (force[damage == 0.0] < 1700.0).all()
+    assert 0.01 < damage[-1] < 0.4
     dump = results.Dump(tmp_path / "grains.dump")
     assert set(dump[0]["mol"]) == {1.0, 2.0, 3.0}
     assert np.isfinite(dump[-1].position).all()
