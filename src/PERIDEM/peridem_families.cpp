@@ -37,6 +37,11 @@ using namespace LAMMPS_NS;
 // more ranks share a large grain
 static constexpr double BLOCK = 8.0;
 
+// Influence times partial volume below which a pair is no bond: it would carry no force, and yet keep
+// its nodes from touching. On lattices the linear influence function is 0, to the last digit, for
+// nodes exactly on the horizon.
+static constexpr double WEIGHTLESS = 1.0e-6;
+
 // a node as it travels to the ranks that need it; all numbers are exact in a double
 struct PeridemFamilies::Node {
   double tag, mol, type, volume;
@@ -163,6 +168,23 @@ int PeridemFamilies::rank_of_block(tagint mol, const double *block) const
   return static_cast<int>((hash >> 16) % static_cast<std::uint64_t>(comm->nprocs));
 }
 
+/* ---------------------------------------------------------------------- */
+
+double PeridemFamilies::cell_size(const PeridemMaterial &mat, const Node &a, const Node &b) const
+{
+  if (mat.cell > 0.0) return mat.cell;
+  const double power = 1.0 / domain->dimension;
+  return 0.5 * (std::pow(a.volume, power) + std::pow(b.volume, power));
+}
+
+/* ---------------------------------------------------------------------- */
+
+double PeridemFamilies::volume_and_influence(const PeridemMaterial &mat, const Node &a,
+                                             const Node &b, double R) const
+{
+  return mat.influence(R / mat.horizon) * mat.volume_factor(R, cell_size(mat, a, b));
+}
+
 /* ----------------------------------------------------------------------
    nodes first to last are those of one grain that reach one block
 ------------------------------------------------------------------------- */
@@ -197,14 +219,13 @@ void PeridemFamilies::families_of_block(const Node *first, const Node *last,
       if (R == 0.0)
         error->one(FLERR, "Nodes {:.0f} and {:.0f} of grain {:.0f} have the same reference position",
                    node->tag, other.tag, node->mol);
+      if (volume_and_influence(*mat, *node, other, R) < WEIGHTLESS) return;
       row.push_back({{static_cast<tagint>(other.tag), R}, &other});
     });
     std::sort(row.begin(), row.end(),
               [](const auto &a, const auto &b) { return a.first.tag < b.first.tag; });
 
     double wvolume = 0.0, volume = 0.0;
-    const int dim = domain->dimension;
-    const double own_size = std::pow(node->volume, 1.0 / dim);
     for (std::size_t k = 0; k < row.size(); k++) {
       const auto &bond = row[k].first;
       const Node &other = *row[k].second;
@@ -214,10 +235,8 @@ void PeridemFamilies::families_of_block(const Node *first, const Node *last,
                    "boundary: the box must be longer than two horizons",
                    node->tag, other.tag);
       const auto *mat = material(static_cast<int>(node->type), static_cast<int>(other.type));
-      const double h =
-          mat->cell > 0.0 ? mat->cell : 0.5 * (own_size + std::pow(other.volume, 1.0 / dim));
       const double R = bond.length;
-      const double vV = mat->volume_factor(R, h) * other.volume;
+      const double vV = mat->volume_factor(R, cell_size(*mat, *node, other)) * other.volume;
       volume += vV;
       wvolume += mat->influence(R / mat->horizon) * R * R * vV;
 

@@ -62,6 +62,8 @@ class PeridemFamilies : protected Pointers {
 
   std::vector<std::vector<double>> send_nodes(const std::vector<int> &) const;
   void send_images(int i, std::vector<std::vector<double>> &) const;
+  double cell_size(const PeridemMaterial &, const Node &, const Node &) const;
+  double volume_and_influence(const PeridemMaterial &, const Node &, const Node &, double R) const;
   bool is_cut(const Node &, const Node &) const;
   int rank_of_block(tagint mol, const double *block) const;
   void families_of_block(const Node *first, const Node *last,
