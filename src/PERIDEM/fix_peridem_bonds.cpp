@@ -133,6 +133,10 @@ void FixPeridemBonds::init()
                  fix->id, fix->style);
   }
 
+  rigid_bits = 0;
+  for (const auto *fix : modify->get_fix_list())
+    if (fix->rigid_flag) rigid_bits |= fix->groupbit;
+
   find_solids();
   check_laws();
   weights_stale = true;
@@ -614,15 +618,20 @@ void FixPeridemBonds::map_partners()
   const bool periodic = domain->xperiodic || domain->yperiodic ||
       (domain->dimension == 3 && domain->zperiodic);
   const int *const type = atom->type;
+  const int *const mask = atom->mask;
   mixed.assign(atom->nlocal, 0);
-  for (int i = 0; i < atom->nlocal; i++)
+  rigid.assign(atom->nlocal, 0);
+  for (int i = 0; i < atom->nlocal; i++) {
+    rigid[i] = (mask[i] & rigid_bits) ? 1 : 0;
     for (bigint k = start[i]; k < start[i] + num[i]; k++) {
       int j = atom->map(ptag[k]);
       if (j < 0) lost_partner(i, ptag[k]);
       if (periodic) j = domain->closest_image(i, j);
       partner[k] = j;
       if (type[j] != type[i]) mixed[i] = 1;
+      if (!(mask[j] & rigid_bits)) rigid[i] = 0;
     }
+  }
 }
 
 /* ---------------------------------------------------------------------- */

@@ -81,6 +81,7 @@ class FixPeridemBonds : public Fix {
   double *wvolume{nullptr};        // weighted volume m_i of the reference configuration
   double *famvolume{nullptr};      // sum of v_ij V_j over the reference family
   std::vector<char> mixed;         // 1 if some bond leads to another type
+  std::vector<char> rigid;         // 1 if the node and its whole family belong to rigid bodies
   double *maxstretch{nullptr};     // largest stretch so far, as a fraction of the critical one
 
   int unbroken_bit{0};    // bonds between two nodes of this group never break
@@ -114,6 +115,7 @@ class FixPeridemBonds : public Fix {
   double cutghost_set{0.0};                     // ghost cutoff that this fix has asked for
   bigint natoms_seen{-1}, natoms_mapped{0};
   bool weights_stale{true};
+  int rigid_bits{0};                            // groups of fixes that move rigid bodies
   PeridemStability stability;
   PeridemCuts cuts;
 

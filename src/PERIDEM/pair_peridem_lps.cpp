@@ -155,7 +155,7 @@ template <bool BOTH> void PairPeridemLPS::dilatation_pass()
 
   for (int i = 0; i < nlocal; i++) {
     theta[i] = pressure[i] = 0.0;
-    if (bonds->num[i] <= 0) continue;
+    if (bonds->num[i] <= 0 || bonds->rigid[i]) continue;
     if (bonds->mixed[i]) {
       set_dilatation(i, careful_row(i));
       continue;
@@ -329,7 +329,7 @@ template <bool VISCOUS> void PairPeridemLPS::force_pass()
   const double *const weight = bonds->weight.data();
 
   for (int i = 0; i < nlocal; i++) {
-    if (bonds->num[i] <= 0) continue;
+    if (bonds->num[i] <= 0 || bonds->rigid[i]) continue;
     const double xi = x[3 * i], yi = x[3 * i + 1], zi = x[3 * i + 2];
     const double ai = a[i], bi = b[i];
     const bigint begin = bonds->start[i], end = begin + bonds->num[i];
@@ -369,7 +369,7 @@ template <bool VISCOUS> void PairPeridemLPS::force_pass_tally()
   double **x = atom->x, **v = atom->v, **f = atom->f;
 
   for (int i = 0; i < nlocal; i++) {
-    if (bonds->num[i] <= 0) continue;
+    if (bonds->num[i] <= 0 || bonds->rigid[i]) continue;
     double fi[3] = {0.0, 0.0, 0.0};
     double w[6] = {0.0, 0.0, 0.0, 0.0, 0.0, 0.0};
     for (bigint k = bonds->start[i]; k < bonds->start[i] + bonds->num[i]; k++) {
