@@ -18,7 +18,7 @@ DT = 0.01
 def beside(
     simulation, x, script: str, dimension: int = 3, v=None, density: float = 1.0, **options
 ) -> Simulation:
-    """Single-node grains (held unless the script moves them) and a script with regions and walls."""
+    """Single-node grains, held unless the script moves them, and a script with regions and walls."""
     x = np.array(x, dtype=float)
     one = cloud(
         x,
@@ -181,6 +181,29 @@ def test_faces_inside_another_part_of_a_union_are_no_walls(simulation):
     got = beside(simulation, x, script).atoms("f")
     expected = SPRING * np.array([[0, 0, 0], [0, 0, 0], [-0.6, 0, 0], [0, 0.6, 0]])
     np.testing.assert_allclose(got, expected, atol=ACCURACY * 10)
+
+
+@pytest.mark.parametrize(
+    ("composite", "warns"),
+    [
+        ("union 2 one two", True),
+        ("intersect 2 one two side out", True),
+        ("union 2 one two side out", False),
+        ("intersect 2 one two", False),
+    ],
+)
+def test_edges_that_no_node_feels_are_told_of(composite, warns, simulation):
+    script = f"""
+        region one sphere 0 0 0 6 units box
+        region two sphere 1 0 0 6 units box
+        region both {composite}
+        fix wall all peridem/wall region both {LAW}
+        run 0 post no
+        run 0 post no
+    """
+    sim = beside(simulation, [[0, 9 if "out" in composite else 0, 0]], script)
+    told = sim.printed().count("WARNING: Fix peridem/wall: region both lets grains be in any")
+    assert told == (1 if warns else 0)
 
 
 def test_outside_a_union_each_part_pushes(simulation):
