@@ -18,7 +18,7 @@ DT = 0.01
 def beside(
     simulation, x, script: str, dimension: int = 3, v=None, density: float = 1.0, **options
 ) -> Simulation:
-    """Single-node grains, held unless the script moves them, and a script with regions and walls."""
+    """Single-node grains, held unless the script moves them, beside regions and walls."""
     x = np.array(x, dtype=float)
     one = cloud(
         x,
