@@ -15,6 +15,7 @@
 
 #include "peridem_surface_region.h"
 
+#include "comm.h"
 #include "domain.h"
 #include "error.h"
 #include "modify.h"
@@ -155,12 +156,21 @@ void PeridemSurfaceRegion::init()
 }
 
 /* ----------------------------------------------------------------------
-   shapes whose speed no one knows
+   shapes whose speed no one knows, and edges that no one sees
 ------------------------------------------------------------------------- */
 
-void PeridemSurfaceRegion::check(Region *region) const
+void PeridemSurfaceRegion::check(Region *region)
 {
   if (is_composite(region)) {
+    if (grains_in_any(region) && !warned && comm->me == 0)
+      error->warning(FLERR,
+                     "Fix {}: region {} lets grains be in any of its parts: where faces of two parts "
+                     "meet in an edge that points at the grains, nodes near that edge feel neither "
+                     "face; keep such edges apart from grains, or give the obstacle as regions of "
+                     "side out",
+                     style, region->id);
+    warned = warned || grains_in_any(region);
+    Inverted inverted(region);
     for (int k = 0; k < region->nregion; k++) check(region->reglist[k]);
     return;
   }

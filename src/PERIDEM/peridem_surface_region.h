@@ -64,12 +64,13 @@ class PeridemSurfaceRegion : public PeridemSurface {
   std::string style, id;
   Region *whole{nullptr};
   int most{0};
+  bool warned{false};
   std::vector<Primitive> primitives;
   std::vector<Part> rigid;            // how each primitive moves
 
   void find();
   void collect(Region *);
-  void check(Region *) const;
+  void check(Region *);
   int index_of(const Region *) const;
   void feet_of(Region *, const double *x, double cutoff, std::vector<Foot> &);
   void feet_of_primitive(int, const double *x, double cutoff, std::vector<Foot> &);

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from support.clouds import cloud, rotated
-from support.runs import Simulation, number, read_dump
+from support.runs import Simulation, read_dump
 
 ACCURACY = 1e-12  # rounding of gaps of 0.1 at coordinates of order one
 ALONE = "pair_style zero 2.0\npair_coeff * *\n"
@@ -18,7 +18,7 @@ DT = 0.01
 def beside(
     simulation, x, script: str, dimension: int = 3, v=None, density: float = 1.0, **options
 ) -> Simulation:
-    """Single-node grains (held unless the script moves them) and a script with regions and walls."""
+    """Single-node grains, held unless the script moves them, beside regions and walls."""
     x = np.array(x, dtype=float)
     one = cloud(
         x,
@@ -127,7 +127,7 @@ def nodes_in_the_drum(rng: np.random.Generator, dimension: int) -> np.ndarray:
     x = rng.uniform(-6, 6, (400, 3))
     x[:, 2] = 0.0 if dimension == 2 else x[:, 2]
     inside = np.linalg.norm(x[:, :2], axis=1) < 5.95
-    x += (1, 2, 0)
+    x += np.array([1, 2, 0])
     fin = (x[:, 0] > 4.95) & (abs(x[:, 1] - 2.0) < 0.55)
     return x[inside & ~fin]
 
@@ -155,13 +155,16 @@ def test_a_drum_with_a_fin_made_of_two_regions(walls, dimension, simulation, rng
     assert np.count_nonzero(np.any(got != 0.0, axis=1)) > 50
 
 
+@pytest.mark.parametrize("dimension", [2, 3])
 @pytest.mark.parametrize("walls", [AS_TWO, AS_ONE], ids=["two walls", "intersect"])
-def test_a_drum_that_has_turned_acts_as_the_still_one_on_nodes_turned_back(walls, simulation, rng):
-    x = nodes_in_the_drum(rng, 2)
+def test_a_turned_drum_acts_as_the_still_one_on_nodes_turned_back(
+    walls, dimension, simulation, rng
+):
+    x = nodes_in_the_drum(rng, dimension)
     turn = 2.0
-    turned = rotated(x - (1, 2, 0), turn) + (1, 2, 0)
+    turned = rotated(x - (1, 2, 0), turn) + np.array([1, 2, 0])
     script = f"variable turn equal {turn}\n" + DRUM.format(motion="rotate v_turn 1 2 0 0 0 3")
-    got = beside(simulation, turned, script + walls + "run 0 post no", 2).atoms("f")
+    got = beside(simulation, turned, script + walls + "run 0 post no", dimension).atoms("f")
     np.testing.assert_allclose(got, rotated(drum_force(x), turn), rtol=0, atol=1e-11)
 
 
@@ -178,6 +181,29 @@ def test_faces_inside_another_part_of_a_union_are_no_walls(simulation):
     got = beside(simulation, x, script).atoms("f")
     expected = SPRING * np.array([[0, 0, 0], [0, 0, 0], [-0.6, 0, 0], [0, 0.6, 0]])
     np.testing.assert_allclose(got, expected, atol=ACCURACY * 10)
+
+
+@pytest.mark.parametrize(
+    ("composite", "warns"),
+    [
+        ("union 2 one two", True),
+        ("intersect 2 one two side out", True),
+        ("union 2 one two side out", False),
+        ("intersect 2 one two", False),
+    ],
+)
+def test_edges_that_no_node_feels_are_told_of(composite, warns, simulation):
+    script = f"""
+        region one sphere 0 0 0 6 units box
+        region two sphere 1 0 0 6 units box
+        region both {composite}
+        fix wall all peridem/wall region both {LAW}
+        run 0 post no
+        run 0 post no
+    """
+    sim = beside(simulation, [[0, 9 if "out" in composite else 0, 0]], script)
+    told = sim.printed().count("WARNING: Fix peridem/wall: region both lets grains be in any")
+    assert told == (1 if warns else 0)
 
 
 def test_outside_a_union_each_part_pushes(simulation):
@@ -359,7 +385,7 @@ def test_reaction_and_torque_about_the_axis_that_moves_along(simulation, rng):
     x = np.zeros((40, 3))
     angle, r = rng.uniform(0, 2 * np.pi, 40), rng.uniform(3.1, 3.9, 40)
     x[:, 0], x[:, 1], x[:, 2] = r * np.cos(angle), r * np.sin(angle), rng.uniform(-5, 5, 40)
-    x += (1, 2, 0)
+    x += np.array([1, 2, 0])
     script = f"""
         variable turn equal 0.8*step*dt
         variable way equal 0.1*step*dt
@@ -497,7 +523,7 @@ def test_each_face_of_a_corner_has_its_own_spring(simulation):
 def test_the_spring_of_a_face_is_forgotten_when_only_that_face_is_left(simulation):
     sim = corner(simulation).commands("run 10 post no")
     held = sim.atoms("x")
-    sim.lmp.numpy.extract_atom("x")[:1] = held + (1.0, 0, 0)  # away from the face x = 0
+    sim.lmp.numpy.extract_atom("x")[:1] = held + np.array([1.0, 0, 0])  # away from the face x = 0
     sim.commands("run 1 post no")
     sim.lmp.numpy.extract_atom("x")[:1] = held
     sim.commands("run 10 post no")

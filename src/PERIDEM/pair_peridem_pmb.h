@@ -1,0 +1,79 @@
+/* -*- c++ -*- ----------------------------------------------------------
+   LAMMPS - Large-scale Atomic/Molecular Massively Parallel Simulator
+   https://www.lammps.org/, Sandia National Laboratories
+   LAMMPS development team: developers@lammps.org
+
+   This file is part of PERIDEM, a package for LAMMPS.  It is distributed
+   under the GNU General Public License, version 2.
+
+   See the README file in the top-level LAMMPS directory.
+------------------------------------------------------------------------- */
+
+#ifdef PAIR_CLASS
+// clang-format off
+PairStyle(peridem/pmb,PairPeridemPMB);
+// clang-format on
+#else
+
+#ifndef LMP_PAIR_PERIDEM_PMB_H
+#define LMP_PAIR_PERIDEM_PMB_H
+
+#include "pair_peridem.h"
+
+namespace LAMMPS_NS {
+
+// The bond-based solid (Silling 2000; Silling & Askari 2005), each bond a spring of its own:
+//   F_ij = w v V_i V_j c s                         linear: elastic for ever, or broken beyond s0
+//   F_ij = w v V_i V_j c s exp(-beta R s^2)        from the potential C (1 - exp(-beta R s^2)),
+//                                                  2 C beta = c (Lipton 2014)
+
+class PairPeridemPMB : public PairPeridem {
+ public:
+  PairPeridemPMB(class LAMMPS *);
+  void init_style() override;
+  void compute(int, int) override;
+  double dilatation(int) const override;
+  double strain_energy(int) const override;
+  void stress(int, double *) const override;
+
+ protected:
+  int model() const override { return PeridemMaterial::PMB; }
+  void apply_stiffness(const std::vector<double> &, std::vector<double> &) override;
+
+ private:
+  // the bonds between two types
+  struct Law {
+    double c{0.0};          // micro-modulus
+    double beta{0.0};       // of the regularised potential; 0 = linear
+    double dashpot{0.0};    // c times viscosity / shear modulus
+    double s0{0.0};         // stretch that breaks; with beta, of a bond of length 1
+    bool both{false};       // breaks in compression too
+
+    double softening(double R, double s) const;
+    double energy(double R, double s) const;
+    double reached(double R, double s) const;
+  };
+  std::vector<Law> laws;
+
+  const Law &law(int itype, int jtype) const { return laws[index(itype, jtype)]; }
+  Law make_law(const PeridemMaterial &) const;
+  void report(int itype) const;
+
+  struct Bond {
+    int j;
+    double d[3];    // x_j - x_i
+    double r, R, s, weight;
+  };
+  template <class What> void each_bond(int i, What what) const;
+  double pull(int i, const Bond &) const;
+  double fast_row(int i, double *f) const;
+  template <bool SOFTENING, bool VISCOUS> double fast_row(int i, const Law &, double *f) const;
+  void careful_row(int i);
+  void slow_row(int i, double *f) const;
+  void tally(int i);
+};
+
+}    // namespace LAMMPS_NS
+
+#endif
+#endif
