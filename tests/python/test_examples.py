@@ -77,14 +77,15 @@ def test_compression_only_writes_when_asked_to(tmp_path):
 
 def test_first_script_breaks_discs(tmp_path, lmp):
     text = (EXAMPLES / "first_script" / "in.grains").read_text()
-    (tmp_path / "in.grains").write_text(re.sub(r"(?m)^run .*", "run 4000", text))
+    (tmp_path / "in.grains").write_text(re.sub(r"(?m)^run .*", "run 7000", text))
     run.run(tmp_path, lmp=lmp, quiet=True)
     table = results.thermo(tmp_path / run.LOG)
     force, damage = table["f_lid[2]"], table["c_damage"]
     assert force[0] == 0.0 and damage[0] == 0.0
-    # its README says 1500 N just before the discs break, seen here only every thousand steps
-    assert 700.0 < force.max() < 3000.0
-    assert (force[damage == 0.0] < 1700.0).all()
+    # its README says that bonds break from 1550 N on and that the most is 2080 N; the thermo output
+    # sees only every thousandth step, so the maximum may be passed by
+    assert 1400.0 < force.max() < 2200.0
+    assert (force[damage == 0.0] < 1600.0).all()
     assert 0.01 < damage[-1] < 0.4
     dump = results.Dump(tmp_path / "grains.dump")
     assert set(dump[0]["mol"]) == {1.0, 2.0, 3.0}
