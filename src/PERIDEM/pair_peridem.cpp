@@ -226,8 +226,8 @@ void PairPeridem::check_alike(int i, int j) const
                name, i, j, i, j);
   if (a.potential != b.potential)
     error->all(FLERR, Error::NOLASTLINE,
-               "Pair style {}: types {} and {} differ in potential; say with 'pair_coeff {} {}' what "
-               "holds between them",
+               "Pair style {}: types {} and {} differ in potential; say with 'pair_coeff {} {}' "
+               "what holds between them",
                name, i, j, i, j);
 }
 

@@ -32,7 +32,7 @@ static constexpr double INFINITE = std::numeric_limits<double>::infinity();
 // decides. The margin covers what the two may differ by.
 static constexpr double MARGIN = 1.0e-10;
 
-// square of a distance below which two nodes have no direction: no force, instead of a division by 0
+// square of a distance below which two nodes have no direction: no force, no division by 0
 static constexpr double TINY = 1.0e-300;
 
 // A bond of the regularised potential counts as broken at this many times the stretch at which it
@@ -133,7 +133,7 @@ void PairPeridemPMB::compute(int eflag, int vflag)
   double **f = atom->f;
 
   for (int i = 0; i < nlocal; i++) {
-    if (bonds->num[i] <= 0 || !covers(type[i])) continue;
+    if (bonds->num[i] <= 0 || bonds->rigid[i] || !covers(type[i])) continue;
     double fi[3] = {0.0, 0.0, 0.0};
     const double reached = bonds->mixed[i] ? INFINITE : fast_row(i, fi);
     if (reached > 1.0 - MARGIN) {
@@ -145,6 +145,7 @@ void PairPeridemPMB::compute(int eflag, int vflag)
     for (int m = 0; m < 3; m++) f[i][m] += fi[m];
     if (evflag) tally(i);
   }
+  if (books.open) book_viscous_forces();
 }
 
 /* ---------------------------------------------------------------------- */
@@ -254,20 +255,25 @@ void PairPeridemPMB::careful_row(int i)
 }
 
 /* ----------------------------------------------------------------------
-   what a bond pulls with, spring and dashpot; the dashpot softens with the spring
+   what a bond pulls with: its spring, and its dashpot, which softens with the spring
 ------------------------------------------------------------------------- */
 
-double PairPeridemPMB::pull(int i, const Bond &bond) const
+double PairPeridemPMB::spring(int i, const Bond &bond) const
 {
   const auto &one = law(atom->type[i], atom->type[bond.j]);
-  double sum = one.c * bond.s;
-  if (one.dashpot > 0.0) {
-    double **v = atom->v;
-    double rate = 0.0;
-    for (int m = 0; m < 3; m++) rate += (v[bond.j][m] - v[i][m]) * bond.d[m];
-    sum += one.dashpot * rate / (bond.r * bond.R);
-  }
-  return sum * bond.weight * one.softening(bond.R, bond.s);
+  return bond.weight * one.c * bond.s * one.softening(bond.R, bond.s);
+}
+
+/* ---------------------------------------------------------------------- */
+
+double PairPeridemPMB::viscous(int i, const Bond &bond) const
+{
+  const auto &one = law(atom->type[i], atom->type[bond.j]);
+  if (!(one.dashpot > 0.0)) return 0.0;
+  double **v = atom->v;
+  double rate = 0.0;
+  for (int m = 0; m < 3; m++) rate += (v[bond.j][m] - v[i][m]) * bond.d[m];
+  return bond.weight * one.dashpot * rate / (bond.r * bond.R) * one.softening(bond.R, bond.s);
 }
 
 /* ---------------------------------------------------------------------- */
@@ -276,7 +282,7 @@ void PairPeridemPMB::slow_row(int i, double *f) const
 {
   f[0] = f[1] = f[2] = 0.0;
   each_bond(i, [&](const Bond &bond) {
-    const double force = pull(i, bond) / bond.r;
+    const double force = (spring(i, bond) + viscous(i, bond)) / bond.r;
     for (int m = 0; m < 3; m++) f[m] += force * bond.d[m];
   });
 }
@@ -296,7 +302,7 @@ void PairPeridemPMB::tally(int i)
 
   double w[6] = {0.0, 0.0, 0.0, 0.0, 0.0, 0.0};
   each_bond(i, [&](const Bond &bond) {
-    const double half = 0.5 * pull(i, bond) / bond.r;
+    const double half = 0.5 * (spring(i, bond) + viscous(i, bond)) / bond.r;
     const double *const d = bond.d;
     w[0] -= half * d[0] * d[0];
     w[1] -= half * d[1] * d[1];
@@ -309,6 +315,20 @@ void PairPeridemPMB::tally(int i)
     if (vflag_global) virial[m] += w[m];
     if (vflag_atom) vatom[i][m] += w[m];
   }
+}
+
+/* ----------------------------------------------------------------------
+   the forces of the dashpots alone, once more: only while energies are booked
+------------------------------------------------------------------------- */
+
+void PairPeridemPMB::book_viscous_forces()
+{
+  books.clear(atom->nlocal);
+  for (int i = 0; i < atom->nlocal; i++)
+    if (covers(atom->type[i]))
+      each_bond(i, [&](const Bond &bond) {
+        PeridemBooks::add(books.damping, i, bond.d, viscous(i, bond) / bond.r);
+      });
 }
 
 /* ----------------------------------------------------------------------
@@ -348,11 +368,8 @@ void PairPeridemPMB::stress(int i, double *sigma) const
 {
   for (int k = 0; k < 6; k++) sigma[k] = 0.0;
   if (!(bonds->wvolume[i] > 0.0)) return;
-  const int *const type = atom->type;
   each_bond(i, [&](const Bond &bond) {
-    const auto &one = law(type[i], type[bond.j]);
-    const double t =
-        0.5 * bond.weight * one.c * bond.s * one.softening(bond.R, bond.s) / bond.r;
+    const double t = 0.5 * spring(i, bond) / bond.r;
     const double *const d = bond.d;
     sigma[0] += t * d[0] * d[0];
     sigma[1] += t * d[1] * d[1];
@@ -363,7 +380,7 @@ void PairPeridemPMB::stress(int i, double *sigma) const
   });
   const double J = 1.0 + dilatation(i);
   for (int k = 0; k < 6; k++) sigma[k] /= atom->vfrac[i] * (J > 0.0 ? J : 1.0);
-  const auto &own = material(type[i], type[i]);
+  const auto &own = material(atom->type[i], atom->type[i]);
   if (own.plane == PeridemMaterial::STRAIN) sigma[2] = own.poisson() * (sigma[0] + sigma[1]);
 }
 

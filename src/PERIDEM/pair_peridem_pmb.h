@@ -65,12 +65,14 @@ class PairPeridemPMB : public PairPeridem {
     double r, R, s, weight;
   };
   template <class What> void each_bond(int i, What what) const;
-  double pull(int i, const Bond &) const;
+  double spring(int i, const Bond &) const;
+  double viscous(int i, const Bond &) const;
   double fast_row(int i, double *f) const;
   template <bool SOFTENING, bool VISCOUS> double fast_row(int i, const Law &, double *f) const;
   void careful_row(int i);
   void slow_row(int i, double *f) const;
   void tally(int i);
+  void book_viscous_forces();
 };
 
 }    // namespace LAMMPS_NS

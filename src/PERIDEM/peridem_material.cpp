@@ -25,6 +25,7 @@
 #include <limits>
 #include <map>
 #include <type_traits>
+#include <vector>
 
 using namespace LAMMPS_NS;
 using MathConst::MY_PI;
@@ -491,13 +492,16 @@ void PeridemMaterialParser::moduli(bool required)
 void PeridemMaterialParser::pmb_moduli(bool required)
 {
   const bool hasE = where[YOUNG] >= 0, hasK = where[BULK] >= 0;
-  const int count = hasE + hasK + (micromodulus > 0.0) + (rnp[0] > 0.0);
-  if (count == 0 && !required) return;
-  if (count != 1)
-    error->all(FLERR, Error::ARGZERO,
-               "{} needs one of young, bulk, c{}; given: {}", style,
+  std::vector<std::string> names;
+  if (hasE) names.emplace_back("young");
+  if (hasK) names.emplace_back("bulk");
+  if (micromodulus > 0.0) names.emplace_back("c");
+  if (rnp[0] > 0.0) names.emplace_back("C and beta");
+  if (names.empty() && !required) return;
+  if (names.size() != 1)
+    error->all(FLERR, Error::ARGZERO, "{} needs one of young, bulk, c{}; given: {}", style,
                mat.potential == PeridemMaterial::RNP ? ", or C and beta of potential rnp" : "",
-               count);
+               names.empty() ? "none" : utils::join_words(names, ", "));
 
   if (hasE) given[YOUNG] = positive(where[YOUNG], modulus_names[YOUNG]);
   if (hasK) given[BULK] = positive(where[BULK], modulus_names[BULK]);
@@ -535,13 +539,14 @@ void PeridemMaterialParser::pmb_strength(bool required)
   if (rnp[0] > 0.0) {
     if (limited)
       error->all(FLERR, Error::ARGZERO,
-                 "{} potential rnp C beta has its strength from C and beta: it takes neither gc nor "
-                 "s0",
+                 "{} potential rnp C beta has its strength from C and beta: it takes neither gc "
+                 "nor s0",
                  style);
     mat.s0 = std::sqrt(0.5 / (rnp[1] * mat.horizon));
     if (mat.strength == PeridemMaterial::UNSET) mat.strength = PeridemMaterial::S0;
   } else if (!limited && (required || mat.strength == PeridemMaterial::UNBREAKABLE)) {
     error->all(FLERR, Error::ARGZERO,
-               "{} potential rnp needs gc or s0, from which C and beta follow, or C and beta", style);
+               "{} potential rnp needs gc or s0, from which C and beta follow, or C and beta",
+               style);
   }
 }
