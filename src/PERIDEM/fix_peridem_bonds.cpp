@@ -509,6 +509,13 @@ void FixPeridemBonds::build_families()
     }
   }
 
+  // the pool has grown by doubling: give back what it does not need
+
+  ptag.shrink_to_fit();
+  length.shrink_to_fit();
+  weight.shrink_to_fit();
+  partner.shrink_to_fit();
+
   longest = MAX(longest, finder.longest());
   require_ghost_cutoff(finder.longest() * (1.0 + 2.0 * PeridemFamilies::SLACK), false);
   check_families(fresh);
