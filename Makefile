@@ -43,8 +43,8 @@ demo: build ## set everything up, then crush a box of grains: pictures in out/de
 test: build ## set everything up, then run every test
 	PERIDEM_TESTS_MUST_RUN=1 $(python) -m pytest tests $(PYTEST_ARGS)
 
-quick: build ## set everything up, then run the tests of a minute
-	PERIDEM_TESTS_MUST_RUN=1 $(python) -m pytest tests -m 'not slow' $(PYTEST_ARGS)
+quick: build ## set everything up, then run the tests of a minute (no ranks, verification, own builds)
+	PERIDEM_TESTS_MUST_RUN=1 $(python) -m pytest tests/unit tests/python -m 'not slow' $(PYTEST_ARGS)
 
 build: $(BUILD)/configured ## build/lmp and build/liblammps.so with PERIDEM, and .venv with the lammps module
 	@cmake --build $(BUILD) --parallel $$(nproc)
