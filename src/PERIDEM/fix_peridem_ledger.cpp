@@ -133,7 +133,8 @@ void FixPeridemLedger::post_force(int)
 }
 
 /* ----------------------------------------------------------------------
-   Work is force times velocity at the same time: over many steps this is exact to second order.
+   Work is force times velocity at the same time, each step from half a step before to half a step
+   after it: at a given time half of the last step is still to come (the trapezoidal rule).
    On nodes whose motion is prescribed, what prescribes it makes up for all forces.
 ------------------------------------------------------------------------- */
 
@@ -151,19 +152,24 @@ void FixPeridemLedger::end_of_step()
   }
 
   double inside = PeridemBooks::power(internal, v, n);
+  last = {0.0, 0.0, 0.0, 0.0};
   for (auto *wall : walls) {
     const auto power = wall->power();
     inside += power.on_nodes;
-    friction -= dt * power.friction;
-    damping -= dt * power.damping;
+    last.friction -= dt * power.friction;
+    last.damping -= dt * power.damping;
   }
   if (contact) {
-    friction -= dt * PeridemBooks::power(contact->books.friction, v, n);
-    damping -= dt * PeridemBooks::power(contact->books.damping, v, n);
+    last.friction -= dt * PeridemBooks::power(contact->books.friction, v, n);
+    last.damping -= dt * PeridemBooks::power(contact->books.damping, v, n);
   }
-  for (auto *solid : solids) damping -= dt * PeridemBooks::power(solid->books.damping, v, n);
-  other += dt * (total - inside);
-  on_prescribed += dt * prescribed;
+  for (auto *solid : solids) last.damping -= dt * PeridemBooks::power(solid->books.damping, v, n);
+  last.other = dt * (total - inside);
+  last.on_prescribed = dt * prescribed;
+  work.friction += last.friction;
+  work.damping += last.damping;
+  work.other += last.other;
+  work.on_prescribed += last.on_prescribed;
 }
 
 /* ---------------------------------------------------------------------- */
@@ -205,11 +211,12 @@ void FixPeridemLedger::balance(double *totals)
   }
   mine[CONTACT] += springs;
   mine[BROKEN] = broken() - broken_at_start;
-  mine[FRICTION] = friction - springs;
-  mine[DAMPING] = damping;
+  mine[FRICTION] = work.friction - 0.5 * last.friction - springs;
+  mine[DAMPING] = work.damping - 0.5 * last.damping;
   mine[KINETIC] = kinetic(~0);
   // the motion of prescribed nodes is paid by what prescribes it
-  mine[OTHER] = other + kinetic(prescribed_bits) - kinetic_prescribed_at_start - on_prescribed;
+  mine[OTHER] = work.other - 0.5 * last.other + kinetic(prescribed_bits) -
+      kinetic_prescribed_at_start - (work.on_prescribed - 0.5 * last.on_prescribed);
   MPI_Allreduce(mine, totals, NITEMS, MPI_DOUBLE, MPI_SUM, world);
   for (auto *wall : walls) totals[WALLS] += wall->compute_vector(7);
   totals[WALLS] -= walls_at_start;

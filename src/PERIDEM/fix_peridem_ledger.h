@@ -59,7 +59,11 @@ class FixPeridemLedger : public Fix {
   int prescribed_bits{0};              // groups whose motion fix move prescribes
   bool started{false};
   std::vector<double> internal;        // forces of bonds and contacts on owned nodes
-  double friction{0.0}, damping{0.0}, other{0.0}, on_prescribed{0.0};    // work so far, this rank
+  struct Work {
+    double friction, damping, other, on_prescribed;
+  };
+  Work work{0.0, 0.0, 0.0, 0.0};         // so far, this rank
+  Work last{0.0, 0.0, 0.0, 0.0};         // of the last step: half of it is still to come
   double walls_at_start{0.0};          // work that walls had done before
   double stored_at_start{0.0};         // all ranks
   double kinetic_prescribed_at_start{0.0}, broken_at_start{0.0};    // this rank

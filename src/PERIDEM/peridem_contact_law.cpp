@@ -199,17 +199,32 @@ void PeridemContactLaw::tangential_spring(const Touch &touch, const double *slid
 
   const double kt = ratio * touch.spring;
   const double limit = friction * touch.normal_force;
-  double lengthsq = 0.0;
+  double springsq = 0.0;
   for (int m = 0; m < 3; m++) {
-    force[m] = kt * slip[m] + touch.dashpot * slide[m];
-    lengthsq += force[m] * force[m];
+    force[m] = kt * slip[m];
+    springsq += force[m] * force[m];
   }
-  if (lengthsq <= limit * limit) return;
-  const double scale = limit / std::sqrt(lengthsq);
+  if (springsq > limit * limit) {
+    const double scale = limit / std::sqrt(springsq);
+    for (int m = 0; m < 3; m++) {
+      force[m] *= scale;
+      if (touch.advance) slip[m] *= scale;
+    }
+    return;
+  }
+
+  // the dashpot gets what the spring leaves of the limit: |force + share dashpot slide| = limit
+  if (touch.dashpot == 0.0) return;
+  double dashsq = 0.0, cross = 0.0;
   for (int m = 0; m < 3; m++) {
-    force[m] *= scale;
-    if (touch.advance) slip[m] = (force[m] - touch.dashpot * slide[m]) / kt;
+    const double dash = touch.dashpot * slide[m];
+    dashsq += dash * dash;
+    cross += dash * force[m];
   }
+  double share = 1.0;
+  if (springsq + 2.0 * cross + dashsq > limit * limit)
+    share = (-cross + std::sqrt(cross * cross + dashsq * (limit * limit - springsq))) / dashsq;
+  for (int m = 0; m < 3; m++) force[m] += share * touch.dashpot * slide[m];
 }
 
 /* ----------------------------------------------------------------------
