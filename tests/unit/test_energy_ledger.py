@@ -284,6 +284,7 @@ LOSSES = {
     "tangential springs": "friction 0.4 tangential history",
     "dashpots": "damping 0.5",
     "dashpots and regularised friction": "damping 0.5 friction 0.4 tangential regularised 1.0",
+    "dashpots and springs": "damping 0.5 friction 0.4",
     "restitution": "restitution 0.5",
     "restitution and springs": "restitution 0.5 friction 0.3 tangential history",
 }
