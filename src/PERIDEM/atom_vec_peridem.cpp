@@ -77,8 +77,8 @@ void AtomVecPeridem::process_args(int narg, char **arg)
   for (int iarg = 0; iarg < narg; iarg++) {
     const std::string word = arg[iarg];
     if (word != "reference")
-      error->all(FLERR, iarg + 1, "Unknown atom_style peridem argument {}: only 'reference' is known",
-                 word);
+      error->all(FLERR, iarg + 1,
+                 "Unknown atom_style peridem argument {}: only 'reference' is known", word);
     if (with_reference)
       error->all(FLERR, iarg + 1, "Repeated atom_style peridem argument {}", word);
     with_reference = true;

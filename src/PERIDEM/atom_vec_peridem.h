@@ -22,8 +22,8 @@ AtomStyle(peridem,AtomVecPeridem);
 
 namespace LAMMPS_NS {
 
-// A node: volume (Atom::vfrac), density, mass = density * volume (Atom::rmass), the grain it belongs
-// to (Atom::molecule; 0 = none) and its reference position (Atom::x0).
+// A node: volume (Atom::vfrac), density, mass = density * volume (Atom::rmass), the grain it
+// belongs to (Atom::molecule; 0 = none) and its reference position (Atom::x0).
 
 class AtomVecPeridem : public AtomVec {
  public:

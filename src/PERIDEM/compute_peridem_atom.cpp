@@ -35,8 +35,8 @@ using namespace LAMMPS_NS;
 // the six stresses come last, in the order of PairPeridem::stress()
 enum { DAMAGE, STRETCH, DILATATION, ENERGY, BONDS, SURFACE, FRAGMENT, SXX };
 static const std::vector<std::string> field_names = {
-    "damage",   "stretch", "dilatation", "energy", "bonds", "surface",
-    "fragment", "sxx",     "syy",        "szz",    "sxy",   "sxz", "syz"};
+    "damage", "stretch", "dilatation", "energy", "bonds", "surface", "fragment",
+    "sxx",    "syy",     "szz",        "sxy",    "sxz",   "syz"};
 
 // A node belongs to the surface when the mean direction to the nodes of its family is at least this
 // long. On square and cubic lattices with horizons of 2 to 4 spacings it is 0.43 to 0.53 (2d) and
@@ -88,7 +88,8 @@ void ComputePeridemAtom::init()
   bonds = fixes.empty() ? nullptr : dynamic_cast<FixPeridemBonds *>(fixes[0]);
   if (solids.empty() || !bonds)
     error->all(FLERR, Error::NOLASTLINE,
-               "Compute {} {} needs a pair style of a peridem solid, such as peridem/lps", id, style);
+               "Compute {} {} needs a pair style of a peridem solid, such as peridem/lps", id,
+               style);
 }
 
 /* ---------------------------------------------------------------------- */

@@ -146,16 +146,18 @@ void FixPeridemBonds::init()
   const int ntypes = atom->ntypes;
   for (int i = 1; i <= ntypes; i++)
     for (int j = i; j <= ntypes; j++)
-      if (const auto *mat = material(i, j)) need = MAX(need, mat->horizon * (1.0 + 2.0 * PeridemFamilies::SLACK));
+      if (const auto *mat = material(i, j))
+        need = MAX(need, mat->horizon * (1.0 + 2.0 * PeridemFamilies::SLACK));
   if (longest > 0.0) need = MAX(need, longest + MIN(neighbor->skin, longest));
   require_ghost_cutoff(need, true);
 
   for (int k = 0; k < domain->dimension; k++) {
     const double period = domain->triclinic ? domain->prd_lamda[k] : domain->prd[k];
     if (!domain->triclinic && domain->periodicity[k] && period < 2.0 * need)
-      error->all(FLERR, Error::NOLASTLINE,
-                 "Periodic box is {:.6g} long in {}: it must be at least twice the longest bond, {:.6g}",
-                 period, "xyz"[k], need);
+      error->all(
+          FLERR, Error::NOLASTLINE,
+          "Periodic box is {:.6g} long in {}: it must be at least twice the longest bond, {:.6g}",
+          period, "xyz"[k], need);
   }
 }
 
@@ -167,7 +169,8 @@ void FixPeridemBonds::find_solids()
 {
   solids = PairPeridem::find_all(lmp);
   if (solids.empty() && comm->me == 0)
-    error->warning(FLERR, "Fix {}: no pair style of a peridem solid is defined, so no bonds", style);
+    error->warning(FLERR, "Fix {}: no pair style of a peridem solid is defined, so no bonds",
+                   style);
 }
 
 /* ---------------------------------------------------------------------- */
@@ -218,12 +221,14 @@ void FixPeridemBonds::require_ghost_cutoff(double need, bool at_init)
   const double have = comm->cutghostuser;
   if (at_init && have > 0.0 && have != cutghost_set && have < need)
     error->all(FLERR, Error::NOLASTLINE,
-               "Ghost cutoff too small: comm_modify cutoff is {:.8g}, bonds need {:.8g}", have, need);
+               "Ghost cutoff too small: comm_modify cutoff is {:.8g}, bonds need {:.8g}", have,
+               need);
   if (have >= need) return;
 
   comm->cutghostuser = cutghost_set = need;
   if (comm->me == 0)
-    utils::logmesg(lmp, "PERIDEM: ghost cutoff set to {:.6g}, which the longest bonds need\n", need);
+    utils::logmesg(lmp, "PERIDEM: ghost cutoff set to {:.6g}, which the longest bonds need\n",
+                   need);
 }
 
 /* ----------------------------------------------------------------------
@@ -235,10 +240,11 @@ void FixPeridemBonds::setup(int)
   if (update->whichflag != 1 || modify->get_fix_by_style("^peridem/timestep$").size()) return;
   const auto limits = stability.find();
   if (update->dt > limits.stable && comm->me == 0)
-    error->warning(FLERR,
-                   "The time step {:.4g} is longer than the largest stable one, {:.4g} (bonds alone "
-                   "{:.4g}, contacts alone {:.4g}): use fix peridem/timestep or a smaller timestep",
-                   update->dt, limits.stable, limits.bonds, limits.contacts);
+    error->warning(
+        FLERR,
+        "The time step {:.4g} is longer than the largest stable one, {:.4g} (bonds alone "
+        "{:.4g}, contacts alone {:.4g}): use fix peridem/timestep or a smaller timestep",
+        update->dt, limits.stable, limits.bonds, limits.contacts);
 }
 
 /* ---------------------------------------------------------------------- */
@@ -493,7 +499,11 @@ void FixPeridemBonds::build_families()
 
   cuts.init();
   PeridemFamilies finder(
-      lmp, [this](int itype, int jtype) { return material(itype, jtype); }, cuts, reach);
+      lmp,
+      [this](int itype, int jtype) {
+        return material(itype, jtype);
+      },
+      cuts, reach);
   for (const auto &family : finder.build(fresh)) {
     const int i = family.node;
     start[i] = static_cast<bigint>(ptag.size());
@@ -559,18 +569,23 @@ void FixPeridemBonds::check_families(const std::vector<int> &fresh)
   max_family = MAX(max_family, extremes[1]);
 
   if (sums[2])
-    error->all(FLERR, Error::NOLASTLINE,
-               "{} nodes have no other node of their grain within the horizon (the first is atom-ID "
-               "{}): the horizon must be larger than the node spacing, usually 3 times",
-               sums[2], first_lonely);
+    error->all(
+        FLERR, Error::NOLASTLINE,
+        "{} nodes have no other node of their grain within the horizon (the first is atom-ID "
+        "{}): the horizon must be larger than the node spacing, usually 3 times",
+        sums[2], first_lonely);
   if (comm->me == 0 && sums[0]) {
-    const auto grains = std::count_if(size.begin(), size.end(), [](int n) { return n > 0; });
-    utils::logmesg(lmp,
-                   "PERIDEM: {} nodes in {} grains, {} bonds; families of {} to {} nodes, {:.1f} on "
-                   "average\n",
-                   sums[0], grains, sums[1] / 2, -extremes[0], extremes[1],
-                   static_cast<double>(sums[1]) / sums[0]);
-    if (!cuts.empty()) utils::logmesg(lmp, "PERIDEM: {} bonds are cut from the start\n", sums[3] / 2);
+    const auto grains = std::count_if(size.begin(), size.end(), [](int n) {
+      return n > 0;
+    });
+    utils::logmesg(
+        lmp,
+        "PERIDEM: {} nodes in {} grains, {} bonds; families of {} to {} nodes, {:.1f} on "
+        "average\n",
+        sums[0], grains, sums[1] / 2, -extremes[0], extremes[1],
+        static_cast<double>(sums[1]) / sums[0]);
+    if (!cuts.empty())
+      utils::logmesg(lmp, "PERIDEM: {} bonds are cut from the start\n", sums[3] / 2);
   }
 }
 
@@ -645,12 +660,12 @@ void FixPeridemBonds::map_partners()
 
 void FixPeridemBonds::lost_partner(int i, tagint jtag)
 {
-  error->one(FLERR,
-             "Node {} of grain {} is bonded to node {}, which is neither on this rank nor among its "
-             "ghosts: it was deleted or lost, or moved further than the ghost cutoff {:.6g} "
-             "(comm_modify cutoff), as when the time step is unstable",
-             atom->tag[i], atom->molecule[i], jtag,
-             MAX(comm->cutghostuser, neighbor->cutneighmax));
+  error->one(
+      FLERR,
+      "Node {} of grain {} is bonded to node {}, which is neither on this rank nor among its "
+      "ghosts: it was deleted or lost, or moved further than the ghost cutoff {:.6g} "
+      "(comm_modify cutoff), as when the time step is unstable",
+      atom->tag[i], atom->molecule[i], jtag, MAX(comm->cutghostuser, neighbor->cutneighmax));
 }
 
 /* ---------------------------------------------------------------------- */
@@ -842,8 +857,9 @@ void FixPeridemBonds::write_restart(FILE *fp)
   std::vector<double> list = {static_cast<double>(max_family), longest, cutghost_set,
                               static_cast<double>(laws.size())};
   for (const auto &law : laws) {
-    list.insert(list.end(), {law.horizon, law.cell, static_cast<double>(law.influence.kind),
-                             law.influence.width, static_cast<double>(law.volume)});
+    list.insert(list.end(),
+                {law.horizon, law.cell, static_cast<double>(law.influence.kind),
+                 law.influence.width, static_cast<double>(law.volume)});
   }
   const int size = static_cast<int>(list.size() * sizeof(double));
   fwrite(&size, sizeof(int), 1, fp);
@@ -872,8 +888,8 @@ void FixPeridemBonds::restart(char *buf)
 
 double FixPeridemBonds::memory_usage()
 {
-  double bytes = static_cast<double>(atom->nmax) *
-      (sizeof(bigint) + 2 * sizeof(int) + 3 * sizeof(double));
+  double bytes =
+      static_cast<double>(atom->nmax) * (sizeof(bigint) + 2 * sizeof(int) + 3 * sizeof(double));
   bytes += static_cast<double>(ptag.capacity()) * sizeof(tagint);
   bytes += static_cast<double>(partner.capacity()) * sizeof(int);
   bytes += static_cast<double>(length.capacity() + weight.capacity()) * sizeof(double);

@@ -70,19 +70,19 @@ class FixPeridemBonds : public Fix {
   // ---- start[i] + num[i] of the pool
 
   bigint *start{nullptr};
-  int *num{nullptr};               // bonds still intact; -1 = no family yet
-  std::vector<int> partner;        // local index of the other node
-  std::vector<double> length;      // reference length R
-  std::vector<double> weight;      // w v_ij V_i V_j, the same from both ends
+  int *num{nullptr};             // bonds still intact; -1 = no family yet
+  std::vector<int> partner;      // local index of the other node
+  std::vector<double> length;    // reference length R
+  std::vector<double> weight;    // w v_ij V_i V_j, the same from both ends
 
   // ---- per node
 
-  int *nref{nullptr};              // bonds in the reference configuration
-  double *wvolume{nullptr};        // weighted volume m_i of the reference configuration
-  double *famvolume{nullptr};      // sum of v_ij V_j over the reference family
-  std::vector<char> mixed;         // 1 if some bond leads to another type
-  std::vector<char> rigid;         // 1 if the node and its whole family belong to rigid bodies
-  double *maxstretch{nullptr};     // largest stretch so far, as a fraction of the critical one
+  int *nref{nullptr};             // bonds in the reference configuration
+  double *wvolume{nullptr};       // weighted volume m_i of the reference configuration
+  double *famvolume{nullptr};     // sum of v_ij V_j over the reference family
+  std::vector<char> mixed;        // 1 if some bond leads to another type
+  std::vector<char> rigid;        // 1 if the node and its whole family belong to rigid bodies
+  double *maxstretch{nullptr};    // largest stretch so far, as a fraction of the critical one
 
   int unbroken_bit{0};    // bonds between two nodes of this group never break
 
@@ -105,17 +105,17 @@ class FixPeridemBonds : public Fix {
     int volume;
   };
 
-  std::vector<tagint> ptag;                     // pool: ID of the other node
-  std::vector<PairPeridem *> solids;            // the pair styles that own materials
-  std::vector<std::pair<tagint, tagint>> told;  // broken bonds that another rank must hear of
-  std::vector<FamilyLaw> laws;                  // by type pair, once families exist
-  std::vector<double> cellsize;                 // per node: V^(1/d)
-  int max_family{0};                            // longest reference row of all ranks
-  double longest{0.0};                          // longest bond at the last reneighbouring
-  double cutghost_set{0.0};                     // ghost cutoff that this fix has asked for
+  std::vector<tagint> ptag;                       // pool: ID of the other node
+  std::vector<PairPeridem *> solids;              // the pair styles that own materials
+  std::vector<std::pair<tagint, tagint>> told;    // broken bonds that another rank must hear of
+  std::vector<FamilyLaw> laws;                    // by type pair, once families exist
+  std::vector<double> cellsize;                   // per node: V^(1/d)
+  int max_family{0};                              // longest reference row of all ranks
+  double longest{0.0};                            // longest bond at the last reneighbouring
+  double cutghost_set{0.0};                       // ghost cutoff that this fix has asked for
   bigint natoms_seen{-1}, natoms_mapped{0};
   bool weights_stale{true};
-  int rigid_bits{0};                            // groups of fixes that move rigid bodies
+  int rigid_bits{0};    // groups of fixes that move rigid bodies
   PeridemStability stability;
   PeridemCuts cuts;
 

@@ -26,8 +26,8 @@ namespace LAMMPS_NS {
 
 class PairPeridemContact;
 
-// What the contacts of each owned node remember (tangential spring, fastest approach), while nodes migrate and in restart files.
-// In between, pair style peridem/contact keeps them beside its list of candidates.
+// What the contacts of each owned node remember (tangential spring, fastest approach), while nodes
+// migrate and in restart files. In between, pair style peridem/contact keeps them beside its list of candidates.
 // Made by that pair style; not for input scripts.
 
 class FixPeridemHistory : public Fix {

@@ -56,16 +56,16 @@ class FixPeridemLedger : public Fix {
   std::vector<PairPeridem *> solids;
   PairPeridemContact *contact{nullptr};
   std::vector<FixPeridemWall *> walls;
-  int prescribed_bits{0};              // groups whose motion fix move prescribes
+  int prescribed_bits{0};    // groups whose motion fix move prescribes
   bool started{false};
-  std::vector<double> internal;        // forces of bonds and contacts on owned nodes
+  std::vector<double> internal;    // forces of bonds and contacts on owned nodes
   struct Work {
     double friction, damping, other, on_prescribed;
   };
-  Work work{0.0, 0.0, 0.0, 0.0};         // so far, this rank
-  Work last{0.0, 0.0, 0.0, 0.0};         // of the last step: half of it is still to come
-  double walls_at_start{0.0};          // work that walls had done before
-  double stored_at_start{0.0};         // all ranks
+  Work work{0.0, 0.0, 0.0, 0.0};    // so far, this rank
+  Work last{0.0, 0.0, 0.0, 0.0};    // of the last step: half of it is still to come
+  double walls_at_start{0.0};       // work that walls had done before
+  double stored_at_start{0.0};      // all ranks
   double kinetic_prescribed_at_start{0.0}, broken_at_start{0.0};    // this rank
 
   void find_styles();

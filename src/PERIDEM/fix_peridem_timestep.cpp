@@ -57,7 +57,8 @@ FixPeridemTimestep::FixPeridemTimestep(LAMMPS *lmp, int narg, char **arg) :
         error->all(FLERR, iarg + 1, "Fix {} safety {}: must be > 0 and <= 1", style, arg[iarg + 1]);
     } else {
       nevery = utils::inumeric(FLERR, arg[iarg + 1], false, lmp);
-      if (nevery < 1) error->all(FLERR, iarg + 1, "Fix {} every {}: must be >= 1", style, arg[iarg + 1]);
+      if (nevery < 1)
+        error->all(FLERR, iarg + 1, "Fix {} every {}: must be >= 1", style, arg[iarg + 1]);
     }
   }
 }
@@ -106,10 +107,11 @@ void FixPeridemTimestep::set_timestep()
   if (ruling != limits.ruling()) {
     ruling = limits.ruling();
     if (comm->me == 0)
-      utils::logmesg(lmp,
-                     "PERIDEM: time step set to {:.4g}, {:g} of the largest stable one; {} limit it "
-                     "(bonds alone {:.4g}, contacts alone {:.4g}, with dashpots {:.4g})\n",
-                     dt, safety, ruling, limits.bonds, limits.contacts, limits.stable);
+      utils::logmesg(
+          lmp,
+          "PERIDEM: time step set to {:.4g}, {:g} of the largest stable one; {} limit it "
+          "(bonds alone {:.4g}, contacts alone {:.4g}, with dashpots {:.4g})\n",
+          dt, safety, ruling, limits.bonds, limits.contacts, limits.stable);
   }
   if (dt == update->dt) return;
 

@@ -110,8 +110,8 @@ int FixPeridemWall::parse_keyword(int iarg, int narg, char **arg)
   if (strcmp(arg[iarg], "plane") == 0 || strcmp(arg[iarg], "region") == 0)
     error->all(FLERR, iarg, "Fix {} has one surface, a plane or a region: make another fix for {}",
                style, arg[iarg]);
-  error->all(FLERR, iarg, "Unknown fix {} keyword {}: known are velocity, {}, move", style, arg[iarg],
-             PeridemContactParser::keywords());
+  error->all(FLERR, iarg, "Unknown fix {} keyword {}: known are velocity, {}, move", style,
+             arg[iarg], PeridemContactParser::keywords());
   return narg;
 }
 
@@ -153,8 +153,8 @@ void FixPeridemWall::init()
     if (!used[t]) continue;
     const auto what = (contact && contact->covers(t)) ? given.over(contact->own(t)) : given;
     const auto where = fmt::format("Fix {} {}, type {}", id, style, t);
-    laws[t] = PeridemContactLaw::resolve(
-        what, PairPeridemContact::known(lmp, t, t, spacings), where, lmp);
+    laws[t] = PeridemContactLaw::resolve(what, PairPeridemContact::known(lmp, t, t, spacings),
+                                         where, lmp);
     any_restitution = any_restitution || laws[t].uses_restitution();
     largest_radius = MAX(largest_radius, laws[t].radius);
   }
@@ -248,8 +248,9 @@ void FixPeridemWall::check_start()
   }
   count = sum_misplaced(count, lowest);
   if (count)
-    error->all(FLERR, Error::NOLASTLINE, "Fix {} {}: {} nodes start {} (the first is atom-ID {}): {}",
-               id, style, count, surface->wrong_side(), lowest, surface->right_side());
+    error->all(FLERR, Error::NOLASTLINE,
+               "Fix {} {}: {} nodes start {} (the first is atom-ID {}): {}", id, style, count,
+               surface->wrong_side(), lowest, surface->right_side());
 }
 
 /* ----------------------------------------------------------------------
@@ -267,10 +268,11 @@ void FixPeridemWall::check_lost()
   }
   count = sum_misplaced(count, lowest);
   if (count)
-    error->all(FLERR, Error::NOLASTLINE,
-               "Fix {} {}: {} nodes have gone through the wall, they are {} at step {} (the first is "
-               "atom-ID {}): take a stiffer contact, a larger radius or a smaller timestep",
-               id, style, count, surface->wrong_side(), update->ntimestep, lowest);
+    error->all(
+        FLERR, Error::NOLASTLINE,
+        "Fix {} {}: {} nodes have gone through the wall, they are {} at step {} (the first is "
+        "atom-ID {}): take a stiffer contact, a larger radius or a smaller timestep",
+        id, style, count, surface->wrong_side(), update->ntimestep, lowest);
 }
 
 /* ----------------------------------------------------------------------
@@ -432,8 +434,8 @@ void FixPeridemWall::impact(int i, const PeridemSurface::Foot &foot, double elas
   double approach = 0.0;
   for (int m = 0; m < 3; m++)
     approach -= (body.velocity[m] - foot.velocity[m] - motion.velocity[m]) * foot.normal[m];
-  const double size = laws[atom->type[i]].impact_force(elastic, approach, body.mass, update->dt,
-                                                       advance, peak);
+  const double size =
+      laws[atom->type[i]].impact_force(elastic, approach, body.mass, update->dt, advance, peak);
   double push[3];
   for (int m = 0; m < 3; m++) {
     push[m] = size * foot.normal[m];
@@ -464,8 +466,7 @@ void FixPeridemWall::react(int i, const PeridemSurface::Foot &foot, const double
   const double *const w = part.spin;
   const double turn[3] = {w[1] * arm[2] - w[2] * arm[1], w[2] * arm[0] - w[0] * arm[2],
                           w[0] * arm[1] - w[1] * arm[0]};
-  for (int m = 0; m < 3; m++)
-    shape_power += f[m] * (foot.velocity[m] - part.velocity[m] - turn[m]);
+  for (int m = 0; m < 3; m++) shape_power += f[m] * (foot.velocity[m] - part.velocity[m] - turn[m]);
 
   if (!evflag) return;
   double d[3], virial_of[6];
@@ -502,8 +503,7 @@ void FixPeridemWall::add_work()
 void FixPeridemWall::find_bodies()
 {
   pushes.assign(3 * (atom->nlocal + atom->nghost), 0.0);
-  auto *contact =
-      dynamic_cast<PairPeridemContact *>(lmp->force->pair_match("peridem/contact", 1));
+  auto *contact = dynamic_cast<PairPeridemContact *>(lmp->force->pair_match("peridem/contact", 1));
   bodies = contact ? contact->moving_bodies() : nullptr;
   if (!bodies) {
     bodies = &own_bodies;

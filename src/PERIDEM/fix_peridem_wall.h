@@ -81,7 +81,7 @@ class FixPeridemWall : public Fix {
 
  private:
   std::unique_ptr<PeridemSurface> surface;
-  PeridemWallMotion motion;               // of the surface as a whole
+  PeridemWallMotion motion;    // of the surface as a whole
   PeridemContactGiven given;
   std::vector<PeridemContactLaw> laws;    // by node type
   PeridemGrains::Extremes extremes;
@@ -90,9 +90,9 @@ class FixPeridemWall : public Fix {
   PeridemWallMemory memories;
   FixPeridemBonds *bonds{nullptr};
   bool any_restitution{false};
-  PeridemBodies own_bodies;               // that collide, unless the contact pair style has them
+  PeridemBodies own_bodies;    // that collide, unless the contact pair style has them
   PeridemBodies *bodies{nullptr};
-  std::vector<double> pushes;             // forces that collisions lose energy by, of all nodes
+  std::vector<double> pushes;    // forces that collisions lose energy by, of all nodes
   std::vector<PeridemSurface::Foot> feet;
   bool advance{true};
   bool started{false};
@@ -107,7 +107,7 @@ class FixPeridemWall : public Fix {
   std::vector<Load> loads, loads_before;
   double shape_power{0.0}, deepest{0.0}, energy{0.0};
   double springs{0.0};    // energy of the tangential springs
-  struct Touch {           // what a node felt, while energies are booked
+  struct Touch {          // what a node felt, while energies are booked
     int node;
     double friction[3], damping[3], wall_velocity[3];
     double direct[3], push[3];    // on the node itself, on its body

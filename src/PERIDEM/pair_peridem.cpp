@@ -42,7 +42,7 @@ PairPeridem::PairPeridem(LAMMPS *lmp, const char *_name) : Pair(lmp), name(_name
   single_enable = 0;
   restartinfo = 1;
   manybody_flag = 1;
-  comm_forward = 3;    // the most that to_ghosts() sends
+  comm_forward = 3;               // the most that to_ghosts() sends
   no_virial_fdotr_compute = 1;    // bonds of owned nodes only: the virial is tallied bond by bond
 }
 
@@ -105,8 +105,7 @@ void PairPeridem::allocate()
 void PairPeridem::settings(int narg, char **arg)
 {
   if (narg) error->all(FLERR, "Pair style {} takes no arguments; given: {}", name, arg[0]);
-  if (modify->get_fix_by_style("^peridem/bonds$").empty() &&
-      !modify->get_fix_by_id(placeholder()))
+  if (modify->get_fix_by_style("^peridem/bonds$").empty() && !modify->get_fix_by_id(placeholder()))
     modify->add_fix(placeholder() + " all DUMMY");
   FixPeridemLedger::keep_place(lmp);
 }
@@ -140,7 +139,8 @@ void PairPeridem::coeff(int narg, char **arg)
       setflag[i][j] = 1;
       count++;
     }
-  if (count == 0) error->all(FLERR, Error::ARGZERO, "pair_coeff {}: no type pair I <= J in it", name);
+  if (count == 0)
+    error->all(FLERR, Error::ARGZERO, "pair_coeff {}: no type pair I <= J in it", name);
 }
 
 /* ---------------------------------------------------------------------- */
@@ -208,8 +208,8 @@ void PairPeridem::mix_unlike(PeridemMaterial &mat, int i, int j) const
     const double sa = a.strength == PeridemMaterial::GC ? a.stretch_from_gc() : a.s0;
     const double sb = b.strength == PeridemMaterial::GC ? b.stretch_from_gc() : b.s0;
     mat.s0 = MIN(sa, sb);
-    const bool never = a.strength == PeridemMaterial::UNBREAKABLE &&
-        b.strength == PeridemMaterial::UNBREAKABLE;
+    const bool never =
+        a.strength == PeridemMaterial::UNBREAKABLE && b.strength == PeridemMaterial::UNBREAKABLE;
     mat.strength = never ? PeridemMaterial::UNBREAKABLE : PeridemMaterial::UNSET;
   }
 }
@@ -247,10 +247,11 @@ void PairPeridem::find_bonds()
       modify->add_fix(command);
     fixes = modify->get_fix_by_style("^peridem/bonds$");
   } else if (from_restart && bonds_id != fixes[0]->id) {
-    error->all(FLERR, Error::NOLASTLINE,
-               "The restart file keeps bonds under fix ID {}, but the script has fix {} {}: use the "
-               "same ID, or leave the fix out",
-               bonds_id, fixes[0]->id, fixes[0]->style);
+    error->all(
+        FLERR, Error::NOLASTLINE,
+        "The restart file keeps bonds under fix ID {}, but the script has fix {} {}: use the "
+        "same ID, or leave the fix out",
+        bonds_id, fixes[0]->id, fixes[0]->style);
   }
   bonds = dynamic_cast<FixPeridemBonds *>(fixes[0]);
   bonds_id = bonds->id;
@@ -309,7 +310,8 @@ double PairPeridem::largest_frequency_sq()
     root[i] = std::sqrt(atom->rmass[i]);
     if (!covers(atom->type[i])) continue;
     // a start that does not depend on how nodes are spread over processors
-    for (int k = 0; k < dim; k++) start[3 * i + k] = std::sin(1.0 + 12.9898 * (3.0 * atom->tag[i] + k));
+    for (int k = 0; k < dim; k++)
+      start[3 * i + k] = std::sin(1.0 + 12.9898 * (3.0 * atom->tag[i] + k));
   }
 
   auto apply = [&](const std::vector<double> &in, std::vector<double> &out) {

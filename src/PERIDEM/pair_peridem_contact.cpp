@@ -99,8 +99,7 @@ void PairPeridemContact::allocate()
 void PairPeridemContact::settings(int narg, char **arg)
 {
   if (narg) error->all(FLERR, "Pair style peridem/contact takes no arguments; given: {}", arg[0]);
-  if (!modify->get_fix_by_id(PLACEHOLDER))
-    modify->add_fix(std::string(PLACEHOLDER) + " all DUMMY");
+  if (!modify->get_fix_by_id(PLACEHOLDER)) modify->add_fix(std::string(PLACEHOLDER) + " all DUMMY");
   FixPeridemLedger::keep_place(lmp);
 }
 
@@ -237,8 +236,8 @@ void PairPeridemContact::init_style()
 double PairPeridemContact::init_one(int i, int j)
 {
   if (!setflag[i][j] && !(setflag[i][i] && setflag[j][j]))
-    error->all(FLERR, Error::NOLASTLINE, "Pair style peridem/contact: pair_coeff {} {} is not set", i,
-               j);
+    error->all(FLERR, Error::NOLASTLINE, "Pair style peridem/contact: pair_coeff {} {} is not set",
+               i, j);
   return laws[index(i, j)].radius;
 }
 
@@ -290,8 +289,7 @@ template <bool HISTORY> void PairPeridemContact::touch_all()
     const double d[3] = {xj[0] - xi[0], xj[1] - xi[1], xj[2] - xi[2]};
     const double rsq = d[0] * d[0] + d[1] * d[1] + d[2] * d[2];
     if (rsq < pair.distance * pair.distance)
-      touch(pair.i, pair.j, pair.distance, rsq, d,
-            HISTORY ? &fragment_springs[k] : nullptr);
+      touch(pair.i, pair.j, pair.distance, rsq, d, HISTORY ? &fragment_springs[k] : nullptr);
     else if (HISTORY && fragment_springs[k].touching)
       fragment_springs[k] = Spring();
   }
@@ -436,10 +434,11 @@ void PairPeridemContact::check_overlaps()
   MPI_Allreduce(&deepest, &deepest_all, 1, MPI_DOUBLE, MPI_MAX, world);
   MPI_Allreduce(&count, &count_all, 1, MPI_LMP_BIGINT, MPI_SUM, world);
   if (count_all && comm->me == 0)
-    error->warning(FLERR,
-                   "{} pairs of nodes of different grains overlap at the start, the deepest by {:.1f} "
-                   "% of the contact distance: they will be pushed apart",
-                   count_all, 100.0 * deepest_all);
+    error->warning(
+        FLERR,
+        "{} pairs of nodes of different grains overlap at the start, the deepest by {:.1f} "
+        "% of the contact distance: they will be pushed apart",
+        count_all, 100.0 * deepest_all);
 }
 
 /* ----------------------------------------------------------------------

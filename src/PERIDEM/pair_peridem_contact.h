@@ -20,8 +20,8 @@ PairStyle(peridem/contact,PairPeridemContact);
 
 #include "atom.h"
 #include "pair.h"
-#include "peridem_books.h"
 #include "peridem_bodies.h"
+#include "peridem_books.h"
 #include "peridem_contact_law.h"
 #include "peridem_grains.h"
 
@@ -83,8 +83,8 @@ class PairPeridemContact : public Pair {
   int ntypes{0};
   std::vector<PeridemContactGiven> given;
   std::vector<PeridemContactLaw> laws;
-  std::vector<double> rcsq;          // by type pair
-  std::vector<int> bonded_types;     // by type: 1 if a solid holds it together
+  std::vector<double> rcsq;         // by type pair
+  std::vector<int> bonded_types;    // by type: 1 if a solid holds it together
   FixPeridemBonds *bonds{nullptr};
   bool any_velocity{false}, any_restitution{false}, any_springs{false};
   bool overlaps_checked{false};
@@ -124,9 +124,9 @@ class PairPeridemContact : public Pair {
   };
   std::vector<Impact> impacts;
   PeridemBodies bodies;
-  std::vector<PeridemBody> body_of;      // of owned and ghost nodes that touch
+  std::vector<PeridemBody> body_of;    // of owned and ghost nodes that touch
   std::vector<char> has_body;
-  std::vector<double> spread;            // forces on patches, of owned and ghost nodes
+  std::vector<double> spread;    // forces on patches, of owned and ghost nodes
 
   std::size_t index(int itype, int jtype) const { return itype * (ntypes + 1) + jtype; }
   bool indices_valid() const { return list_nlocal == atom->nlocal; }

@@ -34,7 +34,7 @@ static constexpr double INFINITE = std::numeric_limits<double>::infinity();
 // decides. The margin covers what the two may differ by.
 static constexpr double MARGIN = 1.0e-10;
 
-// square of a distance below which two nodes have no direction: no force, instead of a division by 0
+// square of a distance below which two nodes have no direction: no force, no division by 0
 static constexpr double TINY = 1.0e-300;
 
 /* ---------------------------------------------------------------------- */
@@ -347,7 +347,8 @@ template <bool VISCOUS> void PairPeridemLPS::force_pass()
       if (VISCOUS)
         force += (g[i] + g[jn]) *
             ((v[j] - v[3 * i]) * dx + (v[j + 1] - v[3 * i + 1]) * dy +
-             (v[j + 2] - v[3 * i + 2]) * dz) / r;
+             (v[j + 2] - v[3 * i + 2]) * dz) /
+            r;
       force *= weight[k] / r;
       fx += force * dx;
       fy += force * dy;
@@ -470,8 +471,8 @@ void PairPeridemLPS::apply_stiffness(const std::vector<double> &u, std::vector<d
     for (bigint k = bonds->start[i]; k < bonds->start[i] + bonds->num[i]; k++) {
       const int j = bonds->partner[k];
       const double e = extension(i, j, n);
-      const double t = bonds->weight[k] *
-          ((p[i] + p[j]) * bonds->length[k] + (stiffness[i] + stiffness[j]) * e);
+      const double t =
+          bonds->weight[k] * ((p[i] + p[j]) * bonds->length[k] + (stiffness[i] + stiffness[j]) * e);
       for (int m = 0; m < 3; m++) f[m] += t * n[m];
     }
   }

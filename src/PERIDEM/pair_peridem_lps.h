@@ -50,8 +50,8 @@ class PairPeridemLPS : public PairPeridem {
 
   // per type
   struct Limits {
-    double break_above;     // s0 of bonds within the type
-    double break_below;     // -s0 if bonds break in compression too, else minus infinity
+    double break_above;    // s0 of bonds within the type
+    double break_below;    // -s0 if bonds break in compression too, else minus infinity
     double dilatation_modulus, extension_modulus, viscous_modulus;
   };
   std::vector<Limits> limits;

@@ -354,7 +354,9 @@ double PairPeridemPMB::dilatation(int i) const
   const double m = bonds->wvolume[i];
   if (!(m > 0.0)) return 0.0;
   double sum = 0.0;
-  each_bond(i, [&](const Bond &bond) { sum += bond.weight * bond.R * bond.R * bond.s; });
+  each_bond(i, [&](const Bond &bond) {
+    sum += bond.weight * bond.R * bond.R * bond.s;
+  });
   const int itype = atom->type[i];
   return material(itype, itype).dim() * sum / (m * atom->vfrac[i]);
 }

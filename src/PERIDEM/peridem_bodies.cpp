@@ -52,10 +52,11 @@ void PeridemBodies::find(const FixPeridemBonds *_bonds)
     for (int i = 0; i < nlocal; i++) highest = MAX(highest, mol[i]);
     MPI_Allreduce(MPI_IN_PLACE, &highest, 1, MPI_LMP_TAGINT, MPI_MAX, world);
     if (highest > MAXGRAIN)
-      error->all(FLERR, Error::NOLASTLINE,
-                 "restitution keeps a table by molecule-ID: {} is larger than {}; number the grains "
-                 "anew (reset_atoms mol)",
-                 highest, MAXGRAIN);
+      error->all(
+          FLERR, Error::NOLASTLINE,
+          "restitution keeps a table by molecule-ID: {} is larger than {}; number the grains "
+          "anew (reset_atoms mol)",
+          highest, MAXGRAIN);
   }
 
   grains.assign(highest + 1, Sums());
@@ -167,7 +168,10 @@ void PeridemBodies::apply(double *f)
 {
   MPI_Allreduce(MPI_IN_PLACE, pushes.data(), static_cast<int>(pushes.size()), MPI_DOUBLE, MPI_SUM,
                 world);
-  if (std::all_of(pushes.begin(), pushes.end(), [](double push) { return push == 0.0; })) return;
+  if (std::all_of(pushes.begin(), pushes.end(), [](double push) {
+        return push == 0.0;
+      }))
+    return;
   for (int i = 0; i < atom->nlocal; i++) {
     const tagint mol = atom->molecule[i];
     const double *const total = &pushes[3 * mol];

@@ -45,11 +45,12 @@ class PeridemBodies : protected Pointers {
   PeridemBody body(int i) const;
 
   // a force on that body, at its centre of mass: spread over its nodes by mass. Patches of broken
-  // grains are served at once, in spread (three numbers for each owned and ghost node), whole grains
-  // by apply()
+  // grains are served at once, in spread (three numbers for each owned and ghost node), whole
+  // grains by apply()
   void push(int i, const double *force, double *spread);
 
-  // adds the forces on whole grains to those of their owned nodes, f (three numbers each); collective
+  // adds the forces on whole grains to those of their owned nodes, f (three numbers each);
+  // collective
   void apply(double *f);
 
   // The fastest approach that the contacts of a grain remember: a new contact of two grains that
@@ -66,9 +67,9 @@ class PeridemBodies : protected Pointers {
   struct Sums {
     double mass, place[3], velocity[3], broken;
   };
-  std::vector<Sums> grains;       // by molecule-ID
-  std::vector<double> pushes;     // on whole grains, by molecule-ID
-  std::vector<double> peaks;      // by molecule-ID
+  std::vector<Sums> grains;      // by molecule-ID
+  std::vector<double> pushes;    // on whole grains, by molecule-ID
+  std::vector<double> peaks;     // by molecule-ID
   const FixPeridemBonds *bonds{nullptr};
   bigint natoms_seen{-1};
   tagint highest{0};

@@ -88,8 +88,7 @@ class PeridemCells {
   std::size_t cell(const double *x) const
   {
     std::size_t c[3];
-    for (int k = 0; k < 3; k++)
-      c[k] = std::min(n[k] - 1, static_cast<int>((x[k] - lo[k]) / size));
+    for (int k = 0; k < 3; k++) c[k] = std::min(n[k] - 1, static_cast<int>((x[k] - lo[k]) / size));
     return (c[2] * n[1] + c[1]) * n[0] + c[0];
   }
 };

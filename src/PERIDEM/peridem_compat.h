@@ -23,14 +23,15 @@ namespace PeridemCompat {
   // Domain::minimum_image() takes file and line of the caller in LAMMPS after 4Feb2025
 
   template <class D>
-  auto minimum_image(D *domain, double *d, int) -> decltype(domain->minimum_image(FLERR, d[0], d[1],
-                                                                                  d[2]))
+  auto minimum_image(D *domain, double *d,
+                     int) -> decltype(domain->minimum_image(FLERR, d[0], d[1], d[2]))
   {
     domain->minimum_image(FLERR, d[0], d[1], d[2]);
   }
 
   template <class D>
-  auto minimum_image(D *domain, double *d, long) -> decltype(domain->minimum_image(d[0], d[1], d[2]))
+  auto minimum_image(D *domain, double *d,
+                     long) -> decltype(domain->minimum_image(d[0], d[1], d[2]))
   {
     domain->minimum_image(d[0], d[1], d[2]);
   }

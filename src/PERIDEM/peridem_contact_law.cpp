@@ -88,8 +88,8 @@ PeridemContactLaw PeridemContactLaw::resolve(const PeridemContactGiven &given,
   law.radius = given.radius;
   if (std::isnan(given.radius)) {
     if (known.spacing <= 0.0)
-      error->all(FLERR, Error::NOLASTLINE, "{}: radius auto finds no nodes to measure: give a radius",
-                 where);
+      error->all(FLERR, Error::NOLASTLINE,
+                 "{}: radius auto finds no nodes to measure: give a radius", where);
     law.radius = either(given.auto_factor, 0.95) * known.spacing;
   }
 
@@ -234,8 +234,7 @@ void PeridemContactLaw::tangential_spring(const Touch &touch, const double *slid
 void PeridemContactLaw::tangential_viscous(const Touch &touch, const double *slide,
                                            double *force) const
 {
-  const double speed =
-      std::sqrt(slide[0] * slide[0] + slide[1] * slide[1] + slide[2] * slide[2]);
+  const double speed = std::sqrt(slide[0] * slide[0] + slide[1] * slide[1] + slide[2] * slide[2]);
   double drag = gamma >= 0.0 ? gamma : touch.node_mass / (STOPPING_STEPS * touch.dt);
   const double limit = friction * touch.normal_force;
   if (drag * speed > limit) drag = limit / speed;
@@ -294,7 +293,8 @@ int PeridemContactParser::parse(int iarg, int narg, char **arg, PeridemContactGi
   };
   auto exclusive = [&](bool unset, const char *other) {
     if (!unset)
-      error->all(FLERR, iarg0 + iarg, "{} takes either {} or {}, not both", style, arg[iarg], other);
+      error->all(FLERR, iarg0 + iarg, "{} takes either {} or {}, not both", style, arg[iarg],
+                 other);
   };
 
   while (iarg < narg) {
@@ -324,7 +324,8 @@ int PeridemContactParser::parse(int iarg, int narg, char **arg, PeridemContactGi
       } else if (value == "jha2021") {
         given.form = PeridemContactGiven::JHA2021;
       } else {
-        error->all(FLERR, iarg0 + iarg, "{} form {}: must be bulk [alpha] or jha2021", style, value);
+        error->all(FLERR, iarg0 + iarg, "{} form {}: must be bulk [alpha] or jha2021", style,
+                   value);
       }
       iarg += 2;
       if (value == "bulk" && iarg < narg && utils::is_double(arg[iarg]))

@@ -24,22 +24,22 @@ namespace LAMMPS_NS {
 // What pair_coeff or a wall said: NAN or UNSET where it said nothing.
 
 struct PeridemContactGiven {
-  enum { UNSET = -1, BULK, JHA2021 };     // forms of the stiffness
-  enum { HISTORY, REGULARISED };          // forms of the tangential force
+  enum { UNSET = -1, BULK, JHA2021 };    // forms of the stiffness
+  enum { HISTORY, REGULARISED };         // forms of the tangential force
 
   double radius{NAN};         // contact distance R_c
   double auto_factor{NAN};    // R_c as a fraction of the smallest node spacing
   double modulus{NAN};        // bulk modulus that the stiffness follows from
   int form{UNSET};
-  double alpha{NAN};          // of form bulk
-  double horizon{NAN};        // of form jha2021
-  double stiffness{NAN};      // k_N itself
+  double alpha{NAN};        // of form bulk
+  double horizon{NAN};      // of form jha2021
+  double stiffness{NAN};    // k_N itself
   double restitution{NAN};
-  double damping{NAN};        // beta_N itself
+  double damping{NAN};    // beta_N itself
   double friction{NAN};
   int tangential{UNSET};
-  double gamma{NAN};          // of the regularised tangential force, if given
-  double ratio{NAN};          // of tangential to normal spring, if given
+  double gamma{NAN};    // of the regularised tangential force, if given
+  double ratio{NAN};    // of tangential to normal spring, if given
   int fragments{UNSET};
 
   // what is said here, and where nothing is said, what the other says
@@ -89,12 +89,12 @@ class PeridemContactLaw {
 
   // A touching pair as friction sees it.
   struct Touch {
-    double spring, dashpot;      // of the normal direction
+    double spring, dashpot;    // of the normal direction
     double normal_force;
-    double node_mass;            // effective mass of the two nodes
+    double node_mass;    // effective mass of the two nodes
     double dt;
-    bool advance;                // false: forces are evaluated again at the same time
-    const double *direction;     // unit vector from one to the other
+    bool advance;               // false: forces are evaluated again at the same time
+    const double *direction;    // unit vector from one to the other
   };
 
   // friction force that the other exerts, which moves at the tangential velocity slide; slip is the
@@ -120,8 +120,8 @@ class PeridemContactLaw {
   double impact{0.0};     // number that gives this restitution
   double damping{0.0};    // beta_N when given by hand
   bool regularised{false};
-  double gamma{-1.0};     // of the regularised force; < 0: as large as the time step allows
-  double ratio{0.0};      // of tangential to normal spring
+  double gamma{-1.0};    // of the regularised force; < 0: as large as the time step allows
+  double ratio{0.0};     // of tangential to normal spring
 
   static double impact_number(double restitution);
   void tangential_spring(const Touch &, const double *slide, double *slip, double *force) const;

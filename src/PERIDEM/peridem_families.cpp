@@ -37,9 +37,9 @@ using namespace LAMMPS_NS;
 // more ranks share a large grain
 static constexpr double BLOCK = 8.0;
 
-// Influence times partial volume below which a pair is no bond: it would carry no force, and yet keep
-// its nodes from touching. On lattices the linear influence function is 0, to the last digit, for
-// nodes exactly on the horizon.
+// Influence times partial volume below which a pair is no bond: it would carry no force, and yet
+// keep its nodes from touching. On lattices the linear influence function is 0, to the last digit,
+// for nodes exactly on the horizon.
 static constexpr double WEIGHTLESS = 1.0e-6;
 
 // a node as it travels to the ranks that need it; all numbers are exact in a double
@@ -48,7 +48,7 @@ struct PeridemFamilies::Node {
   double X[3], shift[3];    // reference position, and the periodic image that this copy is
   double x[3];              // present position
   double block[3];
-  double home;              // 1 if the family of this copy is wanted in this block
+  double home;    // 1 if the family of this copy is wanted in this block
   double owner, local;
 };
 
@@ -68,8 +68,12 @@ std::vector<PeridemFamilies::Family> PeridemFamilies::build(const std::vector<in
   const std::size_t width = sizeof(Node) / sizeof(double);
   const auto *const first = reinterpret_cast<const Node *>(received.data());
   std::vector<Node> mine(first, first + received.size() / width);
-  auto key = [](const Node &n) { return std::tie(n.mol, n.block[0], n.block[1], n.block[2]); };
-  std::sort(mine.begin(), mine.end(), [&](const Node &a, const Node &b) { return key(a) < key(b); });
+  auto key = [](const Node &n) {
+    return std::tie(n.mol, n.block[0], n.block[1], n.block[2]);
+  };
+  std::sort(mine.begin(), mine.end(), [&](const Node &a, const Node &b) {
+    return key(a) < key(b);
+  });
 
   longest_now = 0.0;
   std::vector<std::vector<double>> answers(comm->nprocs);
@@ -95,8 +99,9 @@ std::vector<PeridemFamilies::Family> PeridemFamilies::build(const std::vector<in
     }
     families.push_back(std::move(family));
   }
-  std::sort(families.begin(), families.end(),
-            [](const Family &a, const Family &b) { return a.node < b.node; });
+  std::sort(families.begin(), families.end(), [](const Family &a, const Family &b) {
+    return a.node < b.node;
+  });
   return families;
 }
 
@@ -122,9 +127,17 @@ void PeridemFamilies::send_images(int i, std::vector<std::vector<double>> &outgo
   const double edge = BLOCK * reach;
   const double *const X = atom->x0[i], *const x = atom->x[i];
 
-  Node node{static_cast<double>(atom->tag[i]), static_cast<double>(atom->molecule[i]),
-            static_cast<double>(atom->type[i]), atom->vfrac[i], {X[0], X[1], X[2]}, {},
-            {x[0], x[1], x[2]}, {}, 0.0, static_cast<double>(comm->me), static_cast<double>(i)};
+  Node node{static_cast<double>(atom->tag[i]),
+            static_cast<double>(atom->molecule[i]),
+            static_cast<double>(atom->type[i]),
+            atom->vfrac[i],
+            {X[0], X[1], X[2]},
+            {},
+            {x[0], x[1], x[2]},
+            {},
+            0.0,
+            static_cast<double>(comm->me),
+            static_cast<double>(i)};
   for (int iz = -pz; iz <= pz; iz++)
     for (int iy = -py; iy <= py; iy++)
       for (int ix = -px; ix <= px; ix++) {
@@ -164,7 +177,8 @@ int PeridemFamilies::rank_of_block(tagint mol, const double *block) const
   std::uint64_t hash = static_cast<std::uint64_t>(mol);
   for (int k = 0; k < 3; k++)
     hash = (hash ^ static_cast<std::uint64_t>(static_cast<std::int64_t>(block[k]))) *
-            UINT64_C(0x9E3779B97F4A7C15) + (hash >> 29);
+            UINT64_C(0x9E3779B97F4A7C15) +
+        (hash >> 29);
   return static_cast<int>((hash >> 16) % static_cast<std::uint64_t>(comm->nprocs));
 }
 
@@ -217,13 +231,15 @@ void PeridemFamilies::families_of_block(const Node *first, const Node *last,
       const double R = std::sqrt(rsq);
       if (R > mat->horizon * (1.0 + SLACK)) return;
       if (R == 0.0)
-        error->one(FLERR, "Nodes {:.0f} and {:.0f} of grain {:.0f} have the same reference position",
+        error->one(FLERR,
+                   "Nodes {:.0f} and {:.0f} of grain {:.0f} have the same reference position",
                    node->tag, other.tag, node->mol);
       if (volume_and_influence(*mat, *node, other, R) < WEIGHTLESS) return;
       row.push_back({{static_cast<tagint>(other.tag), R}, &other});
     });
-    std::sort(row.begin(), row.end(),
-              [](const auto &a, const auto &b) { return a.first.tag < b.first.tag; });
+    std::sort(row.begin(), row.end(), [](const auto &a, const auto &b) {
+      return a.first.tag < b.first.tag;
+    });
 
     double wvolume = 0.0, volume = 0.0;
     for (std::size_t k = 0; k < row.size(); k++) {
@@ -248,7 +264,9 @@ void PeridemFamilies::families_of_block(const Node *first, const Node *last,
     const auto reference = static_cast<double>(row.size());
     if (!cuts.empty())
       row.erase(std::remove_if(row.begin(), row.end(),
-                               [&](const auto &entry) { return is_cut(*node, *entry.second); }),
+                               [&](const auto &entry) {
+                                 return is_cut(*node, *entry.second);
+                               }),
                 row.end());
     auto &answer = answers[static_cast<int>(node->owner)];
     answer.insert(answer.end(),

@@ -31,10 +31,10 @@ class PeridemFamilies : protected Pointers {
     double length;    // in the reference configuration
   };
   struct Family {
-    int node;            // local index
-    double wvolume;      // weighted volume
-    double volume;       // sum of v_ij V_j
-    int reference;       // bonds that the family has without the cuts
+    int node;                   // local index
+    double wvolume;             // weighted volume
+    double volume;              // sum of v_ij V_j
+    int reference;              // bonds that the family has without the cuts
     std::vector<Bond> bonds;    // those that no cut crosses, by increasing tag
   };
   // the material of bonds between two types, null where there are none

@@ -68,9 +68,9 @@ std::vector<Node> gather_grains(LAMMPS *lmp)
   std::vector<std::vector<Node>> outgoing(nprocs);
   for (int i = 0; i < atom->nlocal; i++) {
     const auto *X = atom->x0[i];
-    outgoing[atom->molecule[i] % nprocs].push_back(
-        {static_cast<double>(atom->molecule[i]), static_cast<double>(atom->type[i]),
-         {X[0], X[1], X[2]}});
+    outgoing[atom->molecule[i] % nprocs].push_back({static_cast<double>(atom->molecule[i]),
+                                                    static_cast<double>(atom->type[i]),
+                                                    {X[0], X[1], X[2]}});
   }
 
   const int width = sizeof(Node) / sizeof(double);

@@ -52,7 +52,7 @@ struct PeridemInfluence {
     for (int k = 1; k <= intervals; k++) {
       const double q = static_cast<double>(k) / intervals;
       const double factor = (k == intervals) ? 1.0 : (k % 2 ? 4.0 : 2.0);
-      sum += factor * (*this)(q) * std::pow(q, n);
+      sum += factor * (*this)(q) *std::pow(q, n);
     }
     return sum / (3.0 * intervals);    // the integrand vanishes at q = 0
   }

@@ -44,7 +44,8 @@ class PeridemLanczos {
         if (!beta.empty()) next[i] -= beta.back() * previous[i];
       }
       eigenvalue = largest_of_tridiagonal(alpha, beta);
-      settled = std::fabs(eigenvalue - before) <= ACCURACY * std::fabs(eigenvalue) ? settled + 1 : 0;
+      settled = std::fabs(eigenvalue - before) <= ACCURACY * std::fabs(eigenvalue) ? settled + 1
+                                                                                   : 0;
       before = eigenvalue;
 
       const double length = std::sqrt(dot(next, next));

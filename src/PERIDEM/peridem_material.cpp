@@ -259,8 +259,8 @@ int PeridemMaterialParser::pmb_keyword(int iarg)
 
 std::string PeridemMaterialParser::known() const
 {
-  const std::string first =
-      model == PeridemMaterial::PMB ? "young, bulk, c, potential" : "young, bulk, shear, poisson";
+  const std::string first = model == PeridemMaterial::PMB ? "young, bulk, c, potential"
+                                                          : "young, bulk, shear, poisson";
   return first + ", horizon, gc, s0, unbreakable, viscosity, influence, plane, volume, break";
 }
 

@@ -27,7 +27,7 @@ namespace LAMMPS_NS {
 
 struct PeridemMaterial {
   enum Model { LPS, PMB };
-  enum Potential { BRITTLE, ELASTIC, RNP };    // of the bond-based solid
+  enum Potential { BRITTLE, ELASTIC, RNP };                      // of the bond-based solid
   enum Plane { AS_TYPES = -1, THREE_D, STRAIN, STRESS, JHA };    // AS_TYPES: for I != J only
   enum Strength { UNSET, GC, S0, UNBREAKABLE };
   enum Volume { TAPER, FULL };
@@ -43,8 +43,8 @@ struct PeridemMaterial {
   PeridemInfluence influence;
   int plane{THREE_D};
   int volume{TAPER};
-  double cell{0.0};      // cell size of the taper; 0 = from the volumes of the two nodes
-  int break_both{0};     // 1: bonds break in compression too
+  double cell{0.0};     // cell size of the taper; 0 = from the volumes of the two nodes
+  int break_both{0};    // 1: bonds break in compression too
 
   // dimension that the constants are made for (3 with plane jha), lambda' of DESIGN section 2
   int dim() const { return plane == THREE_D || plane == JHA ? 3 : 2; }
@@ -104,9 +104,9 @@ class PeridemMaterialParser : protected Pointers {
   PeridemMaterial mat;
   std::map<std::string, int> seen;    // keyword and where it stands
   double given[NMODULI] = {};
-  int where[NMODULI] = {};      // -1 = not given
-  double micromodulus{0.0};     // keyword c, 0 = not given
-  double rnp[2] = {};           // C and beta of the regularised potential, 0 = not given
+  int where[NMODULI] = {};     // -1 = not given
+  double micromodulus{0.0};    // keyword c, 0 = not given
+  double rnp[2] = {};          // C and beta of the regularised potential, 0 = not given
 
   void clear();
   int keyword(int iarg);

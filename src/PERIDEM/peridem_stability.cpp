@@ -91,8 +91,7 @@ PeridemStability::Limits PeridemStability::find()
 double PeridemStability::contact_frequency_sq() const
 {
   double largest = 0.0;
-  if (auto *contact =
-          dynamic_cast<PairPeridemContact *>(force->pair_match("peridem/contact", 1)))
+  if (auto *contact = dynamic_cast<PairPeridemContact *>(force->pair_match("peridem/contact", 1)))
     largest = contact->largest_frequency_sq();
   for (auto *fix : modify->get_fix_by_style("^peridem/wall$"))
     largest = MAX(largest, dynamic_cast<FixPeridemWall *>(fix)->largest_frequency_sq());
@@ -106,8 +105,7 @@ double PeridemStability::largest_dashpot_ratio(double bonds_sq) const
   double largest = 0.0;
   for (auto *solid : PairPeridem::find_all(lmp))
     largest = MAX(largest, 0.5 * std::sqrt(bonds_sq) * solid->largest_viscous_time());
-  if (auto *contact =
-          dynamic_cast<PairPeridemContact *>(force->pair_match("peridem/contact", 1)))
+  if (auto *contact = dynamic_cast<PairPeridemContact *>(force->pair_match("peridem/contact", 1)))
     largest = MAX(largest, contact->largest_dashpot_ratio());
   for (auto *fix : modify->get_fix_by_style("^peridem/wall$"))
     largest = MAX(largest, dynamic_cast<FixPeridemWall *>(fix)->largest_dashpot_ratio());

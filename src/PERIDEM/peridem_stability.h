@@ -25,10 +25,10 @@ class PeridemStability : protected Pointers {
  public:
   // time steps at which velocity Verlet becomes unstable; infinite where there is nothing to limit
   struct Limits {
-    double bonds;       // stiffness of the bonds alone
-    double contacts;    // stiffness of the contacts alone
-    double dashpots;    // what damping takes off both together
-    double stable;      // all together
+    double bonds;                  // stiffness of the bonds alone
+    double contacts;               // stiffness of the contacts alone
+    double dashpots;               // what damping takes off both together
+    double stable;                 // all together
     const char *ruling() const;    // which of them rules
   };
 

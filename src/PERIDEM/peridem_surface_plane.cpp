@@ -25,8 +25,7 @@ using namespace LAMMPS_NS;
 /* ---------------------------------------------------------------------- */
 
 PeridemSurfacePlane::PeridemSurfacePlane(LAMMPS *lmp, const char *style, int iarg, int narg,
-                                         char **arg) :
-    PeridemSurface(lmp), whole(1)
+                                         char **arg) : PeridemSurface(lmp), whole(1)
 {
   if (iarg + 6 >= narg)
     error->all(FLERR, iarg, "Fix {} plane needs six numbers: x y z nx ny nz", style);
@@ -47,8 +46,8 @@ PeridemSurfacePlane::PeridemSurfacePlane(LAMMPS *lmp, const char *style, int iar
     if (domain->dimension == 2 && k == 2)
       error->all(FLERR, iarg + 6, "Fix {} plane: nz must be 0 in a 2d simulation", style);
     if (domain->periodicity[k])
-      error->all(FLERR, iarg + 4 + k, "Fix {} plane: the box is periodic in {}, which the plane cuts",
-                 style, "xyz"[k]);
+      error->all(FLERR, iarg + 4 + k,
+                 "Fix {} plane: the box is periodic in {}, which the plane cuts", style, "xyz"[k]);
   }
 }
 

@@ -78,8 +78,7 @@ class Inverted {
 /* ---------------------------------------------------------------------- */
 
 PeridemSurfaceRegion::PeridemSurfaceRegion(LAMMPS *lmp, const char *_style, int iarg, int narg,
-                                           char **arg) :
-    PeridemSurface(lmp), style(_style)
+                                           char **arg) : PeridemSurface(lmp), style(_style)
 {
   if (iarg + 1 >= narg) error->all(FLERR, iarg, "Fix {} region needs the ID of a region", style);
   id = arg[iarg + 1];
@@ -139,9 +138,10 @@ void PeridemSurfaceRegion::init()
   find();
   check(whole);
   if (most > most_before)
-    error->all(FLERR, Error::NOLASTLINE,
-               "Fix {}: region {} has more faces now than when the fix was made: make the fix again",
-               style, id);
+    error->all(
+        FLERR, Error::NOLASTLINE,
+        "Fix {}: region {} has more faces now than when the fix was made: make the fix again",
+        style, id);
   if (before.size() != primitives.size()) {
     rigid.assign(primitives.size(), Part());
     return;
@@ -163,24 +163,25 @@ void PeridemSurfaceRegion::check(Region *region)
 {
   if (is_composite(region)) {
     if (grains_in_any(region) && !warned && comm->me == 0)
-      error->warning(FLERR,
-                     "Fix {}: region {} lets grains be in any of its parts: where faces of two parts "
-                     "meet in an edge that points at the grains, nodes near that edge feel neither "
-                     "face; keep such edges apart from grains, or give the obstacle as regions of "
-                     "side out",
-                     style, region->id);
+      error->warning(
+          FLERR,
+          "Fix {}: region {} lets grains be in any of its parts: where faces of two parts "
+          "meet in an edge that points at the grains, nodes near that edge feel neither "
+          "face; keep such edges apart from grains, or give the obstacle as regions of "
+          "side out",
+          style, region->id);
     warned = warned || grains_in_any(region);
     Inverted inverted(region);
     for (int k = 0; k < region->nregion; k++) check(region->reglist[k]);
     return;
   }
-  const bool round =
-      strcmp(region->style, "sphere") == 0 || strcmp(region->style, "cylinder") == 0;
+  const bool round = strcmp(region->style, "sphere") == 0 || strcmp(region->style, "cylinder") == 0;
   if (region->varshape && !round)
-    error->all(FLERR, Error::NOLASTLINE,
-               "Fix {}: region {} of style {} has a variable shape, whose surface velocity is known "
-               "only for sphere and cylinder: use the region's move and rotate",
-               style, region->id, region->style);
+    error->all(
+        FLERR, Error::NOLASTLINE,
+        "Fix {}: region {} of style {} has a variable shape, whose surface velocity is known "
+        "only for sphere and cylinder: use the region's move and rotate",
+        style, region->id, region->style);
 }
 
 /* ---------------------------------------------------------------------- */

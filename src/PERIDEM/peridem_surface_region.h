@@ -52,11 +52,11 @@ class PeridemSurfaceRegion : public PeridemSurface {
   struct Primitive {
     Region *region{nullptr};
     int first_key{0};
-    bool known{false};                // the numbers below are of some step
+    bool known{false};    // the numbers below are of some step
     double shift[3]{0.0, 0.0, 0.0};
     double angle{0.0};
-    double size{0.0};                 // radius, where a variable sets it
-    double size_before{0.0};          // a step earlier
+    double size{0.0};           // radius, where a variable sets it
+    double size_before{0.0};    // a step earlier
     double marked_shift[3]{0.0, 0.0, 0.0}, marked_angle{0.0}, marked_size{0.0};
   };
   static constexpr int STATE = 13;    // numbers of a primitive in a restart
@@ -66,7 +66,7 @@ class PeridemSurfaceRegion : public PeridemSurface {
   int most{0};
   bool warned{false};
   std::vector<Primitive> primitives;
-  std::vector<Part> rigid;            // how each primitive moves
+  std::vector<Part> rigid;    // how each primitive moves
 
   void find();
   void collect(Region *);

@@ -36,8 +36,8 @@ class PeridemWallList : protected Pointers {
 
  private:
   std::vector<int> near;
-  double shift[3]{0.0, 0.0, 0.0};              // of the wall when the list was made
-  double low[3]{}, high[3]{};                  // box around everything that counts
+  double shift[3]{0.0, 0.0, 0.0};    // of the wall when the list was made
+  double low[3]{}, high[3]{};        // box around everything that counts
 };
 
 }    // namespace LAMMPS_NS

@@ -35,8 +35,8 @@ int PeridemWallMotion::parse(int iarg, int narg, char **arg)
   const bool is_move = strcmp(arg[iarg], "move") == 0;
   if (!is_velocity && !is_move) return iarg;
   if (given)
-    error->all(FLERR, iarg, "Repeated fix {} keyword {}: a wall has one velocity or one move", style,
-               arg[iarg]);
+    error->all(FLERR, iarg, "Repeated fix {} keyword {}: a wall has one velocity or one move",
+               style, arg[iarg]);
   given = true;
   if (is_velocity)
     parse_velocity(iarg, narg, arg);
@@ -90,8 +90,8 @@ void PeridemWallMotion::init()
       error->all(FLERR, Error::NOLASTLINE, "Fix {} move: variable {} does not exist", style, name);
     if (!input->variable->equalstyle(index))
       error->all(FLERR, Error::NOLASTLINE,
-                 "Fix {} move: variable {} must be equal-style: one number for the whole wall", style,
-                 name);
+                 "Fix {} move: variable {} must be equal-style: one number for the whole wall",
+                 style, name);
   }
 }
 

@@ -45,8 +45,8 @@ class PeridemWallMotion : protected Pointers {
   const char *style;
   bool given{false};
   bool constant{false}, variable{false};
-  bool known{false};          // where the wall was before; for variables
-  std::string names[3];       // of the variables; empty: does not move in this direction
+  bool known{false};       // where the wall was before; for variables
+  std::string names[3];    // of the variables; empty: does not move in this direction
 
   void parse_velocity(int iarg, int narg, char **arg);
   void parse_move(int iarg, int narg, char **arg);
