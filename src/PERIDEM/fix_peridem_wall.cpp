@@ -276,20 +276,18 @@ void FixPeridemWall::check_lost()
 }
 
 /* ----------------------------------------------------------------------
-   lossy = normal force beyond that of the spring; direct = force on the node; total = with what
-   restitution adds to it, which acts on the whole body
+   lossy = normal force beyond that of the spring; direct = force on the node
 ------------------------------------------------------------------------- */
 
 void FixPeridemWall::book(int i, const PeridemSurface::Foot &foot, double lossy, const double *drag,
-                          const double *direct, const double *total)
+                          const double *direct)
 {
-  Touch touch{i, {}, {}, {}, {}, {}};
+  Touch touch{i, {}, {}, {}, {}};
   for (int m = 0; m < 3; m++) {
     touch.friction[m] = drag[m];
     touch.damping[m] = lossy * foot.normal[m];
     touch.wall_velocity[m] = foot.velocity[m] + motion.velocity[m];
     touch.direct[m] = direct[m];
-    touch.push[m] = total[m] - direct[m];
   }
   touches.push_back(touch);
 }
@@ -304,13 +302,13 @@ FixPeridemWall::Power FixPeridemWall::power() const
     const double *const vi = v[touch.node], *const vw = touch.wall_velocity;
     for (int m = 0; m < 3; m++) {
       sum.friction += touch.friction[m] * (vi[m] - vw[m]);
-      sum.damping += touch.damping[m] * (vi[m] - vw[m]) - touch.push[m] * vw[m];
+      sum.damping += touch.damping[m] * (vi[m] - vw[m]);
       sum.on_nodes += touch.direct[m] * vi[m];
     }
   }
-  if (any_restitution) {
+  if (pushing) {
     const double pushed = PeridemBooks::power(pushes, v, atom->nlocal);
-    sum.damping += pushed;
+    sum.damping += pushed - push_power;
     sum.on_nodes += pushed;
   }
   return sum;
@@ -358,9 +356,9 @@ void FixPeridemWall::post_force(int vflag)
   clear_loads();
   advance = update->setupflag == 0;
 
-  if (any_restitution) find_bodies();
+  impacts.clear();
   touch_all();
-  if (any_restitution) bring_pushes_home();
+  if (any_restitution) impact_pass();
   if (advance && update->whichflag == 1) add_work();
 }
 
@@ -413,34 +411,37 @@ void FixPeridemWall::touch(int i, const PeridemSurface::Foot &foot)
     on_node[m] = fn * normal[m] + drag[m];
     atom->f[i][m] += on_node[m];
   }
-  const double direct[3] = {on_node[0], on_node[1], on_node[2]};
-  if (law.uses_restitution()) impact(i, foot, fn, memory.peak, on_node);
+  if (law.uses_restitution()) impacts.push_back({i, foot, fn});
   react(i, foot, on_node);
   deepest = MAX(deepest, overlap);
   energy += 0.5 * k * overlap * overlap;
   springs += law.spring_energy(k, memory.slip);
-  if (books.open) book(i, foot, fn - k * overlap, drag, direct, on_node);
+  if (books.open) book(i, foot, fn - k * overlap, drag, on_node);
 }
 
 /* ----------------------------------------------------------------------
    energy that a collision with the wall loses: a force on the body of node i
 ------------------------------------------------------------------------- */
 
-void FixPeridemWall::impact(int i, const PeridemSurface::Foot &foot, double elastic, double &peak,
-                            double *on_node)
+void FixPeridemWall::impact(const Impact &one)
 {
+  const int i = one.node;
+  double &peak = memories.known(i, one.foot.key).peak;
   const auto body = bodies->body(i);
   if (peak == 0.0) peak = bodies->peak(i);
-  double approach = 0.0;
-  for (int m = 0; m < 3; m++)
-    approach -= (body.velocity[m] - foot.velocity[m] - motion.velocity[m]) * foot.normal[m];
+  double approach = 0.0, wall_velocity[3];
+  for (int m = 0; m < 3; m++) {
+    wall_velocity[m] = one.foot.velocity[m] + motion.velocity[m];
+    approach -= (body.velocity[m] - wall_velocity[m]) * one.foot.normal[m];
+  }
   const double size =
-      laws[atom->type[i]].impact_force(elastic, approach, body.mass, update->dt, advance, peak);
+      laws[atom->type[i]].impact_force(one.elastic, approach, body.mass, update->dt, advance, peak);
   double push[3];
   for (int m = 0; m < 3; m++) {
-    push[m] = size * foot.normal[m];
-    on_node[m] += push[m];
+    push[m] = size * one.foot.normal[m];
+    push_power += push[m] * wall_velocity[m];
   }
+  react(i, one.foot, push);
   bodies->push(i, push, pushes.data());
 }
 
@@ -522,8 +523,16 @@ void FixPeridemWall::find_bodies()
    pieces of broken grains may have ghosts among their nodes
 ------------------------------------------------------------------------- */
 
-void FixPeridemWall::bring_pushes_home()
+void FixPeridemWall::impact_pass()
 {
+  int mine = impacts.empty() ? 0 : 1, any;
+  MPI_Allreduce(&mine, &any, 1, MPI_INT, MPI_MAX, world);
+  pushing = any;
+  push_power = 0.0;
+  if (!pushing) return;
+
+  find_bodies();
+  for (const auto &one : impacts) impact(one);
   comm->reverse_comm(this);
   bodies->apply(pushes.data());
   for (int i = 0; i < atom->nlocal; i++)

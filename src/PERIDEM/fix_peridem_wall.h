@@ -93,6 +93,14 @@ class FixPeridemWall : public Fix {
   PeridemBodies own_bodies;    // that collide, unless the contact pair style has them
   PeridemBodies *bodies{nullptr};
   std::vector<double> pushes;    // forces that collisions lose energy by, of all nodes
+  struct Impact {                // a contact of this step that loses energy by restitution
+    int node;
+    PeridemSurface::Foot foot;
+    double elastic;
+  };
+  std::vector<Impact> impacts;
+  bool pushing{false};       // some rank has one
+  double push_power{0.0};    // of the wall against the pushes, on this rank
   std::vector<PeridemSurface::Foot> feet;
   bool advance{true};
   bool started{false};
@@ -110,7 +118,7 @@ class FixPeridemWall : public Fix {
   struct Touch {          // what a node felt, while energies are booked
     int node;
     double friction[3], damping[3], wall_velocity[3];
-    double direct[3], push[3];    // on the node itself, on its body
+    double direct[3];    // all but what restitution adds
   };
   std::vector<Touch> touches;
   double work{0.0};    // of the wall on the nodes so far
@@ -129,12 +137,12 @@ class FixPeridemWall : public Fix {
   void clear_loads();
   void touch_all();
   void touch(int i, const PeridemSurface::Foot &);
-  void impact(int i, const PeridemSurface::Foot &, double elastic, double &peak, double *on_node);
+  void impact(const Impact &);
+  void impact_pass();
   void react(int i, const PeridemSurface::Foot &, const double *on_node);
   void find_bodies();
   void book(int i, const PeridemSurface::Foot &, double lossy, const double *drag,
-            const double *direct, const double *total);
-  void bring_pushes_home();
+            const double *direct);
   void add_work();
   void sum_totals();
 };

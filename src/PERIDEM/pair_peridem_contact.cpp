@@ -252,6 +252,7 @@ void PairPeridemContact::compute(int eflag, int vflag)
 
   advance = update->setupflag == 0;
   impacts.clear();
+  bodies_found = false;
   if (books.open) books.clear(atom->nlocal);
   if (any_springs) {
     touch_all<true>();
@@ -570,6 +571,11 @@ double PairPeridemContact::spring_energy() const
 void PairPeridemContact::impact_pass()
 {
   const int nlocal = atom->nlocal, nall = nlocal + atom->nghost;
+  int mine = impacts.empty() ? 0 : 1, any;
+  MPI_Allreduce(&mine, &any, 1, MPI_INT, MPI_MAX, world);
+  bodies_found = any;
+  if (!bodies_found) return;
+
   bodies.find(bonds);
   body_of.resize(nall);
   has_body.assign(nall, 0);

@@ -54,8 +54,8 @@ class PairPeridemContact : public Pair {
   int pack_reverse_comm(int, int, double *) override;
   void unpack_reverse_comm(int, int *, double *) override;
 
-  // the bodies that collide, summed up in the last force evaluation; null without restitution
-  PeridemBodies *moving_bodies() { return any_restitution ? &bodies : nullptr; }
+  // the bodies that collide, if the last force evaluation summed them up
+  PeridemBodies *moving_bodies() { return bodies_found ? &bodies : nullptr; }
 
   // what pair_coeff said of a type with itself, and what is known of it: walls start from there
   bool covers(int itype) const { return !given.empty() && setflag[itype][itype]; }
@@ -124,6 +124,7 @@ class PairPeridemContact : public Pair {
   };
   std::vector<Impact> impacts;
   PeridemBodies bodies;
+  bool bodies_found{false};            // in the last force evaluation
   std::vector<PeridemBody> body_of;    // of owned and ghost nodes that touch
   std::vector<char> has_body;
   std::vector<double> spread;    // forces on patches, of owned and ghost nodes

@@ -47,6 +47,15 @@ class PeridemWallMemory {
     return nodes[i].back();
   }
 
+  // the memory of a face that node i is known to touch
+  Slot &known(int i, int key)
+  {
+    auto &list = nodes[i];
+    std::size_t n = 0;
+    while (list[n].key != key) n++;
+    return list[n];
+  }
+
   // the fastest approach that node i remembers
   double peak(int i) const
   {
