@@ -3,11 +3,11 @@
 #
 #   cmake/fetch-lammps.sh DIR [VERSION]      VERSION: 4Jul2026 (default) or 4Feb2025
 #
-# Sources, tried in this order: the Debian archive (the mirror this machine uses, else the main
-# one), Debian's archive of snapshots, the release tarball of the LAMMPS project. Each file is
-# accepted only with its own sha256 below. The tarball is kept in DIR/../downloads (or
-# $PERIDEM_DOWNLOADS), where it may also be put by hand. A tree of that version already in DIR is
-# left alone, so a second call needs no network.
+# Sources, tried in this order: the Debian archive (the mirror that apt uses on this machine, or
+# $PERIDEM_DEBIAN_MIRROR), the release tarball of the LAMMPS project. Each file is accepted only
+# with its own sha256 below. The tarball is kept in DIR/../downloads (or $PERIDEM_DOWNLOADS), where
+# it may also be put by hand. A tree of that version already in DIR is left alone, so a second call
+# needs no network.
 set -euo pipefail
 
 usage() { sed -n '2,11s/^# \{0,1\}//p' "$0"; }
@@ -27,12 +27,10 @@ case "$wanted" in
   4Jul2026)
     debian_file=lammps_20260704+dfsg.orig.tar.gz
     debian_sha=cddbc45a047416bd48a4a0b87f24a5b61b3446982b74d18cafe619c22b17eb62
-    snapshot=20261101T000000Z
     release_sha=be9deffba169d140c337fd29570d3f5469332ece7e77280cce998f6caaad5534 ;;
   4Feb2025)
     debian_file=lammps_20250204+dfsg.1.orig.tar.xz
     debian_sha=3671165bd52fad36734e0a9136c5bc5ecb225e03988f8c89aa13366a8b53b1c7
-    snapshot=20251101T000000Z
     release_sha=a4cb0a58451d47ac31ee3e1f148d92f445298d6e27f2d06f161b9b4168d79eb1 ;;
   *) die "VERSION '$wanted' is not known; allowed: 4Jul2026, 4Feb2025" ;;
 esac
@@ -47,13 +45,12 @@ checked() { # FILE SHA256
   [ -f "$1" ] && [ "$(sha256sum "$1" | cut -d' ' -f1)" = "$2" ]
 }
 
-debian_mirror() { # the mirror this machine already uses, else the main one
-  local site=
-  if command -v apt-get >/dev/null; then
+debian_mirror() { # the mirror this machine already uses; nothing where there is none
+  local site=${PERIDEM_DEBIAN_MIRROR:-}
+  if [ -z "$site" ] && command -v apt-get >/dev/null; then
     site=$(apt-get indextargets --format '$(SITE)' 'Created-By: Packages' 2>/dev/null |
              grep -E '/debian/?$' | head -n 1 || true)
   fi
-  site=${site:-http://deb.debian.org/debian}
   printf '%s\n' "${site%/}"
 }
 
@@ -116,9 +113,8 @@ if [ -e "$dest" ] && [ -n "$(ls -A "$dest")" ] && [ -z "$(tree_version "$dest")"
   die "$dest is not empty and no LAMMPS tree: give another DIR"
 fi
 mkdir -p "$cache"
-if fetch "$debian_file" "$debian_sha" \
-     "$(debian_mirror)/$debian_pool/$debian_file" \
-     "https://snapshot.debian.org/archive/debian/$snapshot/$debian_pool/$debian_file"; then
+mirror=$(debian_mirror)
+if fetch "$debian_file" "$debian_sha" ${mirror:+"$mirror/$debian_pool/$debian_file"}; then
   file=$debian_file
 elif fetch "$release_file" "$release_sha" \
        "https://github.com/lammps/lammps/archive/patch_$wanted.tar.gz"; then

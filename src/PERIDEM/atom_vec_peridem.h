@@ -31,6 +31,10 @@ class AtomVecPeridem : public AtomVec {
   void process_args(int, char **) override;
   void init() override;
 
+  // bring density, volume and mass together after "set"; collective. Pair styles need masses before
+  // Atom::init() comes to it
+  void sync_mass();
+
   void grow_pointers() override;
   void create_atom_post(int) override;
   void data_atom_post(int) override;
@@ -44,7 +48,6 @@ class AtomVecPeridem : public AtomVec {
   double *mass_seen{nullptr};    // mass that density and volume gave; differs after "set density"
   bool with_reference{false};    // Atoms lines of data files carry reference positions
 
-  void sync_mass();
   void check_nodes();
 };
 

@@ -18,6 +18,7 @@
 #include "peridem_cells.h"
 
 #include "atom.h"
+#include "atom_vec_peridem.h"
 #include "comm.h"
 #include "domain.h"
 
@@ -32,6 +33,7 @@ static constexpr double BIG = 1.0e300;
 
 PeridemGrains::Extremes PeridemGrains::extremes(LAMMPS *lmp)
 {
+  dynamic_cast<AtomVecPeridem *>(lmp->atom->style_match("peridem"))->sync_mass();
   const auto *atom = lmp->atom;
   const int n = atom->ntypes + 1;
   Extremes ex;

@@ -34,12 +34,6 @@ static constexpr double INFINITE = std::numeric_limits<double>::infinity();
 // a dashpot ratio above this shortens the step by more than a third: then dashpots are named
 static constexpr double MATTERS = 0.43;
 
-// A contact pushes but never pulls: one that opens and closes within a few steps gains energy where
-// a lasting spring would be stable. Measured on two discs pressed between walls (with bonds that
-// hold, no friction, no damping), the energy balance drifts by 700 % of the work of the walls at
-// 0.8 of the step at which springs become unstable, by 2 % at 0.5 and by 0.06 % at 0.36 of it.
-static constexpr double UNILATERAL = 2.0;
-
 /* ---------------------------------------------------------------------- */
 
 PeridemStability::PeridemStability(LAMMPS *lmp) : Pointers(lmp) {}
@@ -55,8 +49,7 @@ const char *PeridemStability::Limits::ruling() const
 
 /* ----------------------------------------------------------------------
    Velocity Verlet is stable up to 2/omega. Stiffnesses add, so their squared frequencies bound the
-   sum: omega^2 <= omega_bonds^2 + omega_contacts^2, where contacts count with more than their
-   stiffness because they open and close. With a dashpot of ratio z that acts on
+   sum: omega^2 <= omega_bonds^2 + omega_contacts^2. With a dashpot of ratio z that acts on
    velocities half a step old the limit is 2 (sqrt(1 + z^2) - z) / omega.
 ------------------------------------------------------------------------- */
 
@@ -95,7 +88,7 @@ double PeridemStability::contact_frequency_sq() const
     largest = contact->largest_frequency_sq();
   for (auto *fix : modify->get_fix_by_style("^peridem/wall$"))
     largest = MAX(largest, dynamic_cast<FixPeridemWall *>(fix)->largest_frequency_sq());
-  return UNILATERAL * UNILATERAL * largest;
+  return largest;
 }
 
 /* ---------------------------------------------------------------------- */
