@@ -247,3 +247,35 @@ def test_dashpots_shorten_the_step(simulation, rng):
     assert damped < plain
     assert viscous < plain
     assert both <= min(damped, viscous)
+
+
+def test_contacts_know_the_mass_of_created_nodes_in_the_first_run(simulation):
+    """``set density`` writes the density where the mass is kept; contacts must not take it for one."""
+    sim = simulation().commands(
+        """
+        units si
+        dimension 2
+        atom_style peridem
+        boundary s s p
+        lattice sq 0.1e-3
+        region box block 0 6 0 6 -0.5 0.5
+        create_box 1 box
+        create_atoms 1 box
+        set group all mol 1
+        set group all volume 1.0e-8
+        set group all density 1200.0
+        pair_style hybrid/overlay peridem/lps peridem/contact
+        pair_coeff * * peridem/lps bulk 21.6e6 shear 12.96e6 gc 5 horizon 0.3e-3
+        pair_coeff * * peridem/contact friction 0.3
+        neighbor 0.05e-3 bin
+        compute step all peridem/dt
+        fix motion all nve
+        timestep 1e-9
+        run 0 post no
+        """
+    )
+    first = dt_vector(sim)
+    sim.commands("run 0 post no")
+    assert first.tolist() == dt_vector(sim).tolist()
+    # ten bulk moduli of stiffness, up to three springs at a node of mass 1200 * 1e-8; to rounding
+    assert first[1] == pytest.approx(2.0 / np.sqrt(2 * 3 * 10 * 21.6e6 / 1.2e-5), rel=1e-12)
