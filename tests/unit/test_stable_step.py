@@ -250,7 +250,7 @@ def test_dashpots_shorten_the_step(simulation, rng):
 
 
 def test_contacts_know_the_mass_of_created_nodes_in_the_first_run(simulation):
-    """``set density`` writes the density where the mass is kept; contacts must not take it for one."""
+    """``set density`` writes the density where the mass is kept: it must not be taken for one."""
     sim = simulation().commands(
         """
         units si
