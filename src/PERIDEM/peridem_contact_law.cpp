@@ -265,7 +265,8 @@ PeridemContactParser::PeridemContactParser(LAMMPS *lmp, const std::string &_styl
 
 const char *PeridemContactParser::keywords()
 {
-  return "radius, modulus, form, stiffness, restitution, damping, friction, tangential, fragments";
+  return "radius, modulus, form, horizon, stiffness, restitution, damping, friction, tangential, "
+         "fragments";
 }
 
 /* ---------------------------------------------------------------------- */

@@ -182,6 +182,65 @@ int PeridemFamilies::rank_of_block(tagint mol, const double *block) const
   return static_cast<int>((hash >> 16) % static_cast<std::uint64_t>(comm->nprocs));
 }
 
+/* ----------------------------------------------------------------------
+   all nodes of the grain within the horizon of one, by increasing tag
+------------------------------------------------------------------------- */
+
+void PeridemFamilies::find_partners(const Node &node, const Node *first, const PeridemCells &cells,
+                                    Row &row) const
+{
+  row.clear();
+  cells.near(node.X, [&](const PeridemCells::Point &p) {
+    const Node &other = first[p.id];
+    if (&other == &node) return;
+    const auto *mat = material(static_cast<int>(node.type), static_cast<int>(other.type));
+    if (!mat) return;
+    double rsq = 0.0;
+    for (int k = 0; k < 3; k++) {
+      // grouped so that the other end finds exactly the same length
+      const double d = (other.X[k] - node.X[k]) + other.shift[k];
+      rsq += d * d;
+    }
+    const double R = std::sqrt(rsq);
+    if (R > mat->horizon * (1.0 + SLACK)) return;
+    if (R == 0.0)
+      error->one(FLERR, "Nodes {:.0f} and {:.0f} of grain {:.0f} have the same reference position",
+                 node.tag, other.tag, node.mol);
+    if (volume_and_influence(*mat, node, other, R) < WEIGHTLESS) return;
+    row.push_back({{static_cast<tagint>(other.tag), R}, &other});
+  });
+  std::sort(row.begin(), row.end(), [](const auto &a, const auto &b) {
+    return a.first.tag < b.first.tag;
+  });
+  for (std::size_t k = 0; k < row.size(); k++)
+    if (row[k].second->tag == node.tag || (k && row[k].first.tag == row[k - 1].first.tag))
+      error->one(FLERR,
+                 "Node {:.0f} is bonded to node {:.0f} twice, or to itself, through the periodic "
+                 "boundary: the box must be longer than two horizons",
+                 node.tag, row[k].second->tag);
+}
+
+/* ----------------------------------------------------------------------
+   sums over the whole reference family, cut bonds included
+------------------------------------------------------------------------- */
+
+void PeridemFamilies::weigh(const Node &node, const Row &row, double &wvolume, double &volume)
+{
+  wvolume = volume = 0.0;
+  for (const auto &entry : row) {
+    const Node &other = *entry.second;
+    const auto *mat = material(static_cast<int>(node.type), static_cast<int>(other.type));
+    const double R = entry.first.length;
+    const double vV = mat->volume_factor(R, cell_size(*mat, node, other)) * other.volume;
+    volume += vV;
+    wvolume += mat->influence(R / mat->horizon) * R * R * vV;
+
+    double d[3] = {other.x[0] - node.x[0], other.x[1] - node.x[1], other.x[2] - node.x[2]};
+    PeridemCompat::minimum_image(domain, d);
+    longest_now = std::max(longest_now, std::sqrt(d[0] * d[0] + d[1] * d[1] + d[2] * d[2]));
+  }
+}
+
 /* ---------------------------------------------------------------------- */
 
 double PeridemFamilies::cell_size(const PeridemMaterial &mat, const Node &a, const Node &b) const
@@ -213,53 +272,12 @@ void PeridemFamilies::families_of_block(const Node *first, const Node *last,
   }
   const PeridemCells cells(std::move(points), reach);
 
-  std::vector<std::pair<Bond, const Node *>> row;
+  Row row;
   for (const auto *node = first; node < last; node++) {
     if (node->home == 0.0) continue;
-    row.clear();
-    cells.near(node->X, [&](const PeridemCells::Point &p) {
-      const Node &other = first[p.id];
-      if (&other == node) return;
-      const auto *mat = material(static_cast<int>(node->type), static_cast<int>(other.type));
-      if (!mat) return;
-      double rsq = 0.0;
-      for (int k = 0; k < 3; k++) {
-        // grouped so that the other end finds exactly the same length
-        const double d = (other.X[k] - node->X[k]) + other.shift[k];
-        rsq += d * d;
-      }
-      const double R = std::sqrt(rsq);
-      if (R > mat->horizon * (1.0 + SLACK)) return;
-      if (R == 0.0)
-        error->one(FLERR,
-                   "Nodes {:.0f} and {:.0f} of grain {:.0f} have the same reference position",
-                   node->tag, other.tag, node->mol);
-      if (volume_and_influence(*mat, *node, other, R) < WEIGHTLESS) return;
-      row.push_back({{static_cast<tagint>(other.tag), R}, &other});
-    });
-    std::sort(row.begin(), row.end(), [](const auto &a, const auto &b) {
-      return a.first.tag < b.first.tag;
-    });
-
-    double wvolume = 0.0, volume = 0.0;
-    for (std::size_t k = 0; k < row.size(); k++) {
-      const auto &bond = row[k].first;
-      const Node &other = *row[k].second;
-      if (other.tag == node->tag || (k && bond.tag == row[k - 1].first.tag))
-        error->one(FLERR,
-                   "Node {:.0f} is bonded to node {:.0f} twice, or to itself, through the periodic "
-                   "boundary: the box must be longer than two horizons",
-                   node->tag, other.tag);
-      const auto *mat = material(static_cast<int>(node->type), static_cast<int>(other.type));
-      const double R = bond.length;
-      const double vV = mat->volume_factor(R, cell_size(*mat, *node, other)) * other.volume;
-      volume += vV;
-      wvolume += mat->influence(R / mat->horizon) * R * R * vV;
-
-      double d[3] = {other.x[0] - node->x[0], other.x[1] - node->x[1], other.x[2] - node->x[2]};
-      PeridemCompat::minimum_image(domain, d);
-      longest_now = std::max(longest_now, std::sqrt(d[0] * d[0] + d[1] * d[1] + d[2] * d[2]));
-    }
+    find_partners(*node, first, cells, row);
+    double wvolume, volume;
+    weigh(*node, row, wvolume, volume);
 
     const auto reference = static_cast<double>(row.size());
     if (!cuts.empty())

@@ -18,10 +18,12 @@
 #include "pointers.h"
 
 #include <functional>
+#include <utility>
 #include <vector>
 
 namespace LAMMPS_NS {
 
+class PeridemCells;
 struct PeridemMaterial;
 
 class PeridemFamilies : protected Pointers {
@@ -55,6 +57,7 @@ class PeridemFamilies : protected Pointers {
 
  private:
   struct Node;
+  using Row = std::vector<std::pair<Bond, const Node *>>;
   MaterialOf material;
   const PeridemCuts &cuts;
   double reach;
@@ -64,6 +67,8 @@ class PeridemFamilies : protected Pointers {
   void send_images(int i, std::vector<std::vector<double>> &) const;
   double cell_size(const PeridemMaterial &, const Node &, const Node &) const;
   double volume_and_influence(const PeridemMaterial &, const Node &, const Node &, double R) const;
+  void find_partners(const Node &, const Node *first, const PeridemCells &, Row &) const;
+  void weigh(const Node &, const Row &, double &wvolume, double &volume);
   bool is_cut(const Node &, const Node &) const;
   int rank_of_block(tagint mol, const double *block) const;
   void families_of_block(const Node *first, const Node *last,
