@@ -1,6 +1,7 @@
 # Thin: CMake builds, pip installs, two scripts in cmake/ find what is missing. `make` lists the targets.
 
 BUILD ?= build
+SANITIZE ?= $(BUILD)/sanitize
 VENV ?= .venv
 LAMMPS_DIR ?=
 PERIDEM_NATIVE ?= ON
@@ -11,7 +12,7 @@ RANKS ?= 2
 SHELL := /bin/bash
 .SHELLFLAGS := -euo pipefail -c
 .DEFAULT_GOAL := help
-.PHONY: help demo test quick build system lint lock clean distclean FORCE
+.PHONY: help demo test quick sanitize build system lint lock clean distclean FORCE
 .NOTPARALLEL:
 
 python := $(VENV)/bin/python
@@ -45,6 +46,17 @@ test: build ## set everything up, then run every test
 
 quick: build ## set everything up, then run the tests of a minute (no ranks, verification, own builds)
 	PERIDEM_TESTS_MUST_RUN=1 $(python) -m pytest tests/unit tests/python -m 'not slow' $(PYTEST_ARGS)
+
+# Programs that do not start through the sanitizer's library, such as Python, must load it first.
+sanitize: build ## run the quick tests where wrong memory or undefined behaviour stops them (slow)
+	cmake -S . -B $(SANITIZE) -D PERIDEM_SANITIZE=ON -D PERIDEM_NATIVE=OFF -D LAMMPS_DIR=$(abspath $(tree)) \
+	  $(foreach package,PERI GRANULAR BPM MISC EXTRA-FIX EXTRA-COMPUTE EXTRA-PAIR EXTRA-DUMP OPENMP PLUGIN,-D PKG_$(package)=OFF)
+	cmake --build $(SANITIZE) --parallel $$(nproc)
+	PYTHONPATH=$(abspath $(tree))/python LD_LIBRARY_PATH=$(abspath $(SANITIZE)) \
+	  LAMMPS_LMP=$(abspath $(SANITIZE))/lmp PERIDEM_LMP=$(abspath $(SANITIZE))/lmp \
+	  LD_PRELOAD="$$(for name in asan ubsan stdc++; do $(CXX) -print-file-name=lib$$name.so; done | xargs)" \
+	  ASAN_OPTIONS=detect_leaks=0 UBSAN_OPTIONS=print_stacktrace=1 PERIDEM_TESTS_MUST_RUN=1 \
+	  $(abspath $(python)) -m pytest tests/unit tests/fuzz tests/parallel -m 'not slow' $(PYTEST_ARGS)
 
 build: $(BUILD)/configured ## build/lmp and build/liblammps.so with PERIDEM, and .venv with the lammps module
 	@cmake --build $(BUILD) --parallel $$(nproc)
