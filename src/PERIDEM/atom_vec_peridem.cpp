@@ -17,9 +17,11 @@
 
 #include "atom.h"
 #include "comm.h"
+#include "domain.h"
 #include "error.h"
 #include "fix.h"
 #include "modify.h"
+#include "peridem_copies.h"
 #include "update.h"
 
 #include <algorithm>
@@ -65,6 +67,22 @@ AtomVecPeridem::AtomVecPeridem(LAMMPS *lmp) : AtomVec(lmp)
               known.end());
   atom->add_peratom("peridem_density", &density, Atom::DOUBLE, 0);
   atom->add_peratom("peridem_mass_seen", &mass_seen, Atom::DOUBLE, 0);
+
+  // only "replicate" makes an instance in a box that exists already
+
+  if (domain->box_exist) copies = std::make_unique<PeridemCopies>(lmp);
+}
+
+/* ----------------------------------------------------------------------
+   "replicate" deletes the instance of the originals once that of the copies is full: nothing else
+   tells the copies that they are whole
+------------------------------------------------------------------------- */
+
+AtomVecPeridem::~AtomVecPeridem()
+{
+  if (!lmp->atom || lmp->atom->avec == this) return;
+  auto *next = dynamic_cast<AtomVecPeridem *>(lmp->atom->avec);
+  if (next && next->copies) next->copies->finish(copies.get());
 }
 
 /* ----------------------------------------------------------------------
@@ -132,9 +150,17 @@ void AtomVecPeridem::data_atom_post(int ilocal)
 
 /* ---------------------------------------------------------------------- */
 
+void AtomVecPeridem::unpack_restart_init(int ilocal)
+{
+  if (copies) copies->note(ilocal);
+}
+
+/* ---------------------------------------------------------------------- */
+
 void AtomVecPeridem::init()
 {
   AtomVec::init();
+  if (copies) copies->check();
   sync_mass();
   check_nodes();
 }

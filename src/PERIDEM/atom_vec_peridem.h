@@ -20,7 +20,11 @@ AtomStyle(peridem,AtomVecPeridem);
 
 #include "atom_vec.h"
 
+#include <memory>
+
 namespace LAMMPS_NS {
+
+class PeridemCopies;
 
 // A node: volume (Atom::vfrac), density, mass = density * volume (Atom::rmass), the grain it
 // belongs to (Atom::molecule; 0 = none) and its reference position (Atom::x0).
@@ -28,6 +32,7 @@ namespace LAMMPS_NS {
 class AtomVecPeridem : public AtomVec {
  public:
   AtomVecPeridem(class LAMMPS *);
+  ~AtomVecPeridem() override;
   void process_args(int, char **) override;
   void init() override;
 
@@ -38,6 +43,7 @@ class AtomVecPeridem : public AtomVec {
   void grow_pointers() override;
   void create_atom_post(int) override;
   void data_atom_post(int) override;
+  void unpack_restart_init(int) override;
   void pack_data(double **) override;
   int property_atom(const std::string &) override;
   void pack_property_atom(int, double *, int, int) override;
@@ -47,6 +53,9 @@ class AtomVecPeridem : public AtomVec {
   double *density{nullptr};      // density of each node
   double *mass_seen{nullptr};    // mass that density and volume gave; differs after "set density"
   bool with_reference{false};    // Atoms lines of data files carry reference positions
+
+  // while "replicate" fills this instance from that of the originals
+  std::unique_ptr<PeridemCopies> copies;
 
   void check_nodes();
 };

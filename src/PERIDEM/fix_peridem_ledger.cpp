@@ -20,10 +20,13 @@
 #include "pair_peridem_contact.h"
 
 #include "atom.h"
+#include "comm.h"
 #include "error.h"
 #include "force.h"
 #include "modify.h"
 #include "update.h"
+
+#include <cstring>
 
 using namespace LAMMPS_NS;
 using namespace FixConst;
@@ -36,6 +39,7 @@ static constexpr char PLACE[] = "PERIDEM_LEDGER_PLACE";
 FixPeridemLedger::FixPeridemLedger(LAMMPS *lmp, int narg, char **arg) : Fix(lmp, narg, arg)
 {
   nevery = 1;
+  restart_global = 1;
 }
 
 /* ---------------------------------------------------------------------- */
@@ -111,12 +115,12 @@ void FixPeridemLedger::init()
 
 void FixPeridemLedger::setup(int)
 {
+  if (resumed) resume();
   if (started) return;
   started = true;
   kinetic_prescribed_at_start = kinetic(prescribed_bits);
   broken_at_start = broken();
-  walls_at_start = 0.0;
-  for (auto *wall : walls) walls_at_start += wall->compute_vector(7);
+  walls_at_start = wall_work();
   double totals[NITEMS];
   balance(totals);
   stored_at_start = totals[STRAIN] + totals[CONTACT] + totals[KINETIC];
@@ -193,6 +197,59 @@ double FixPeridemLedger::broken() const
   return sum;
 }
 
+/* ----------------------------------------------------------------------
+   over all ranks, and since the walls were made
+------------------------------------------------------------------------- */
+
+double FixPeridemLedger::wall_work() const
+{
+  double sum = 0.0;
+  for (auto *wall : walls) sum += wall->compute_vector(7);
+  return sum;
+}
+
+/* ---------------------------------------------------------------------- */
+
+void FixPeridemLedger::write_restart(FILE *fp)
+{
+  Saved now{0.0, 0.0, work, last, kinetic_prescribed_at_start, broken() - broken_at_start, 0.0};
+  MPI_Allreduce(MPI_IN_PLACE, &now, sizeof(Saved) / sizeof(double), MPI_DOUBLE, MPI_SUM, world);
+  now.started = started ? 1.0 : 0.0;
+  now.stored_at_start = stored_at_start;
+  now.walls = wall_work() - walls_at_start;
+  if (comm->me) return;
+  const int size = static_cast<int>(sizeof(Saved));
+  fwrite(&size, sizeof(int), 1, fp);
+  fwrite(&now, 1, size, fp);
+}
+
+/* ---------------------------------------------------------------------- */
+
+void FixPeridemLedger::restart(char *buf)
+{
+  memcpy(&saved, buf, sizeof(Saved));
+  resumed = saved.started > 0.0;
+}
+
+/* ----------------------------------------------------------------------
+   go on with the books of a restart file, on the first rank; styles made after the restart count
+   broken bonds and work of walls from where they are now
+------------------------------------------------------------------------- */
+
+void FixPeridemLedger::resume()
+{
+  started = true;
+  resumed = false;
+  stored_at_start = saved.stored_at_start;
+  walls_at_start = wall_work() - saved.walls;
+  broken_at_start = broken();
+  if (comm->me) return;
+  work = saved.work;
+  last = saved.last;
+  broken_at_start -= saved.broken;
+  kinetic_prescribed_at_start = saved.kinetic_prescribed_at_start;
+}
+
 /* ---------------------------------------------------------------------- */
 
 void FixPeridemLedger::balance(double *totals)
@@ -218,8 +275,7 @@ void FixPeridemLedger::balance(double *totals)
   mine[OTHER] = work.other - 0.5 * last.other + kinetic(prescribed_bits) -
       kinetic_prescribed_at_start - (work.on_prescribed - 0.5 * last.on_prescribed);
   MPI_Allreduce(mine, totals, NITEMS, MPI_DOUBLE, MPI_SUM, world);
-  for (auto *wall : walls) totals[WALLS] += wall->compute_vector(7);
-  totals[WALLS] -= walls_at_start;
+  totals[WALLS] = wall_work() - walls_at_start;
 
   const double stored = totals[STRAIN] + totals[CONTACT] + totals[KINETIC];
   const double lost = totals[BROKEN] + totals[FRICTION] + totals[DAMPING];

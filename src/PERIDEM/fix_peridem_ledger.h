@@ -39,6 +39,8 @@ class FixPeridemLedger : public Fix {
   void setup(int) override;
   void post_force(int) override;
   void end_of_step() override;
+  void write_restart(FILE *) override;
+  void restart(char *) override;
   double memory_usage() override;
 
   // strain, contact, broken bonds, friction loss, damping loss, wall work, kinetic, drift, other
@@ -68,6 +70,17 @@ class FixPeridemLedger : public Fix {
   double stored_at_start{0.0};      // all ranks
   double kinetic_prescribed_at_start{0.0}, broken_at_start{0.0};    // this rank
 
+  // the books as a restart file has them, over all ranks
+  struct Saved {
+    double started, stored_at_start;
+    Work work, last;
+    double kinetic_prescribed_at_start, broken, walls;
+  };
+  Saved saved{};
+  bool resumed{false};
+
+  void resume();
+  double wall_work() const;
   void find_styles();
   double kinetic(int groupbits) const;
   double broken() const;

@@ -27,6 +27,7 @@
 #include "modify.h"
 #include "pair_hybrid.h"
 #include "peridem_lanczos.h"
+#include "update.h"
 
 #include <algorithm>
 #include <cmath>
@@ -105,6 +106,15 @@ void PairPeridem::allocate()
 void PairPeridem::settings(int narg, char **arg)
 {
   if (narg) error->all(FLERR, "Pair style {} takes no arguments; given: {}", name, arg[0]);
+  keep_places();
+}
+
+/* ----------------------------------------------------------------------
+   at the head of the list of fixes, for those that are made later
+------------------------------------------------------------------------- */
+
+void PairPeridem::keep_places()
+{
   if (modify->get_fix_by_style("^peridem/bonds$").empty() && !modify->get_fix_by_id(placeholder()))
     modify->add_fix(placeholder() + " all DUMMY");
   FixPeridemLedger::keep_place(lmp);
@@ -168,7 +178,8 @@ void PairPeridem::init_style()
       viscous = viscous || mat.viscosity > 0.0;
     }
   find_bonds();
-  if (viscous) comm->ghost_velocity = 1;
+  const bool booked = !modify->get_compute_by_style("^peridem/energy$").empty();
+  if (viscous || booked) comm->ghost_velocity = 1;
 }
 
 /* ---------------------------------------------------------------------- */
@@ -177,6 +188,10 @@ PeridemMaterial PairPeridem::mix(int i, int j) const
 {
   PeridemMaterial mat = setflag[i][j] ? given[index(i, j)] : given[index(i, i)];
   if (i != j) mix_unlike(mat, i, j);
+  if (mat.strength == PeridemMaterial::GC && mat.spacing > mat.horizon)
+    error->all(FLERR, Error::NOLASTLINE,
+               "Pair style {}: types {} {}: gc spacing {:.8g} must be <= the horizon {:.8g}", name,
+               i, j, mat.spacing, mat.horizon);
   if (mat.strength == PeridemMaterial::GC) mat.s0 = mat.stretch_from_gc();
   return mat;
 }
@@ -331,6 +346,18 @@ double PairPeridem::largest_frequency_sq()
   return PeridemLanczos::largest_eigenvalue(start, apply, dot);
 }
 
+/* ----------------------------------------------------------------------
+   A bond that is found broken pulled at the start of the step, but not at its end: of the last half
+   step it has taken no part, so it goes with the energy of half a step ago. 0 while nothing moves,
+   and while nobody books energies: ghosts may have no velocities then.
+------------------------------------------------------------------------- */
+
+double PairPeridem::time_without_broken() const
+{
+  const bool stepping = update->whichflag == 1 && !update->setupflag;
+  return books.open && stepping ? 0.5 * update->dt : 0.0;
+}
+
 /* ---------------------------------------------------------------------- */
 
 double PairPeridem::largest_viscous_time() const
@@ -400,4 +427,5 @@ void PairPeridem::read_restart_settings(FILE *fp)
   if (comm->me == 0) utils::sfread(FLERR, &bonds_id[0], 1, n, fp, nullptr, error);
   MPI_Bcast(&bonds_id[0], n, MPI_CHAR, 0, world);
   from_restart = true;
+  keep_places();
 }

@@ -87,6 +87,9 @@ class PairPeridem : public Pair {
   // displacements u of owned and ghost nodes
   virtual void apply_stiffness(const std::vector<double> &u, std::vector<double> &force) = 0;
 
+  // how long bonds that break now have not pulled any more
+  double time_without_broken() const;
+
   // send per-node values, size of them for each node, from owned nodes to their ghosts
   void to_ghosts(double *values, int size);
 
@@ -102,6 +105,7 @@ class PairPeridem : public Pair {
   void check_alike(int itype, int jtype) const;
   void find_bonds();
   std::string placeholder() const;
+  void keep_places();
 };
 
 }    // namespace LAMMPS_NS

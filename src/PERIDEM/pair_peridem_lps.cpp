@@ -72,8 +72,8 @@ void PairPeridemLPS::init_style()
     limit.viscous_modulus = own.viscous_modulus();
     any_viscous = any_viscous || own.viscosity > 0.0;
     if (own.strength == PeridemMaterial::GC && comm->me == 0)
-      utils::logmesg(lmp, "PERIDEM: type {}: critical stretch {:.6g} from gc {:.6g}\n", i, own.s0,
-                     own.gc);
+      utils::logmesg(lmp, "PERIDEM: type {}: critical stretch {:.6g} from gc {:.6g}{}\n", i, own.s0,
+                     own.gc, own.spacing_text());
   }
   constants_version = -1;
 }
@@ -246,7 +246,7 @@ double PairPeridemLPS::careful_row(int i)
     if (s > mat.s0 || (mat.break_both && s < -mat.s0)) {
       if (!any) {
         set_dilatation(i, extension_sum(i));
-        energy_before = strain_energy(i);
+        energy_before = energy_to_break(i);
       }
       any = true;
       bonds->break_bond(i, k);
@@ -257,7 +257,7 @@ double PairPeridemLPS::careful_row(int i)
   const double sum = extension_sum(i);
   if (any) {
     set_dilatation(i, sum);
-    broken_energy += energy_before - strain_energy(i);
+    broken_energy += energy_before - energy_to_break(i);
   }
   return sum;
 }
@@ -281,6 +281,39 @@ double PairPeridemLPS::strain_energy(int i) const
   const auto &own = material(atom->type[i], atom->type[i]);
   return 0.5 * (own.lambda() - own.shear) * theta[i] * theta[i] * atom->vfrac[i] +
       0.5 * own.extension_modulus() / m * sum;
+}
+
+/* ----------------------------------------------------------------------
+   time derivative of the same
+------------------------------------------------------------------------- */
+
+double PairPeridemLPS::energy_rate(int i) const
+{
+  double **x = atom->x, **v = atom->v;
+  double dilating = 0.0, extending = 0.0;
+  for (bigint k = bonds->start[i]; k < bonds->start[i] + bonds->num[i]; k++) {
+    const int j = bonds->partner[k];
+    double rsq = TINY, rate = 0.0;
+    for (int m = 0; m < 3; m++) {
+      const double d = x[j][m] - x[i][m];
+      rsq += d * d;
+      rate += d * (v[j][m] - v[i][m]);
+    }
+    const double r = std::sqrt(rsq), R = bonds->length[k];
+    dilating += bonds->weight[k] * R * rate / r;
+    extending += bonds->weight[k] * (r - R) * rate / r;
+  }
+  return pressure[i] * dilating + stiffness[i] * extending;
+}
+
+/* ----------------------------------------------------------------------
+   what breaking bonds take away is the loss of this
+------------------------------------------------------------------------- */
+
+double PairPeridemLPS::energy_to_break(int i) const
+{
+  const double late = time_without_broken();
+  return late > 0.0 ? strain_energy(i) - late * energy_rate(i) : strain_energy(i);
 }
 
 /* ----------------------------------------------------------------------

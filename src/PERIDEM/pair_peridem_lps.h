@@ -63,6 +63,8 @@ class PairPeridemLPS : public PairPeridem {
   template <bool BOTH> void dilatation_pass();
   double extension_sum(int) const;
   double careful_row(int);
+  double energy_rate(int) const;
+  double energy_to_break(int) const;
   void set_dilatation(int, double);
   template <bool VISCOUS> void force_pass();
   template <bool VISCOUS> void force_pass_tally();

@@ -117,7 +117,8 @@ void PairPeridemPMB::report(int itype) const
                         "stretch {:.6g}",
                         own.rnp_depth(), own.rnp_beta(), own.s0);
   else if (own.strength == PeridemMaterial::GC)
-    text += fmt::format(", critical stretch {:.6g} from gc {:.6g}", own.s0, own.gc);
+    text += fmt::format(", critical stretch {:.6g} from gc {:.6g}{}", own.s0, own.gc,
+                        own.spacing_text());
   utils::logmesg(lmp, text + "\n");
 }
 
@@ -150,23 +151,40 @@ void PairPeridemPMB::compute(int eflag, int vflag)
 
 /* ---------------------------------------------------------------------- */
 
-template <class What> void PairPeridemPMB::each_bond(int i, What what) const
+PairPeridemPMB::Bond PairPeridemPMB::look_at(int i, bigint k) const
 {
   double **x = atom->x;
   Bond bond;
-  for (bigint k = bonds->start[i]; k < bonds->start[i] + bonds->num[i]; k++) {
-    bond.j = bonds->partner[k];
-    double rsq = TINY;
-    for (int m = 0; m < 3; m++) {
-      bond.d[m] = x[bond.j][m] - x[i][m];
-      rsq += bond.d[m] * bond.d[m];
-    }
-    bond.r = std::sqrt(rsq);
-    bond.R = bonds->length[k];
-    bond.s = (bond.r - bond.R) / bond.R;
-    bond.weight = bonds->weight[k];
-    what(bond);
+  bond.j = bonds->partner[k];
+  double rsq = TINY;
+  for (int m = 0; m < 3; m++) {
+    bond.d[m] = x[bond.j][m] - x[i][m];
+    rsq += bond.d[m] * bond.d[m];
   }
+  bond.r = std::sqrt(rsq);
+  bond.R = bonds->length[k];
+  bond.s = (bond.r - bond.R) / bond.R;
+  bond.weight = bonds->weight[k];
+  return bond;
+}
+
+/* ---------------------------------------------------------------------- */
+
+template <class What> void PairPeridemPMB::each_bond(int i, What what) const
+{
+  for (bigint k = bonds->start[i]; k < bonds->start[i] + bonds->num[i]; k++) what(look_at(i, k));
+}
+
+/* ----------------------------------------------------------------------
+   how fast a bond gets longer
+------------------------------------------------------------------------- */
+
+double PairPeridemPMB::rate(int i, const Bond &bond) const
+{
+  double **v = atom->v;
+  double sum = 0.0;
+  for (int m = 0; m < 3; m++) sum += (v[bond.j][m] - v[i][m]) * bond.d[m];
+  return sum / bond.r;
 }
 
 /* ----------------------------------------------------------------------
@@ -232,26 +250,31 @@ double PairPeridemPMB::fast_row(int i, const Law &one, double *f) const
 
 void PairPeridemPMB::careful_row(int i)
 {
-  double **x = atom->x;
   const int *const type = atom->type;
   for (bigint k = bonds->start[i]; k < bonds->start[i] + bonds->num[i];) {
-    const int j = bonds->partner[k];
-    const double dx = x[j][0] - x[i][0], dy = x[j][1] - x[i][1], dz = x[j][2] - x[i][2];
-    const double R = bonds->length[k];
-    const double s = (std::sqrt(dx * dx + dy * dy + dz * dz) - R) / R;
-    if (atom->mask[i] & atom->mask[j] & bonds->unbroken_bit) {
+    const Bond bond = look_at(i, k);
+    if (atom->mask[i] & atom->mask[bond.j] & bonds->unbroken_bit) {
       k++;
       continue;
     }
-    const auto &one = law(type[i], type[j]);
-    const double reached = one.reached(R, s);
+    const double reached = law(type[i], type[bond.j]).reached(bond.R, bond.s);
     if (reached > bonds->maxstretch[i]) bonds->maxstretch[i] = reached;
     if (reached > 1.0) {
-      broken_energy += 0.5 * bonds->weight[k] * one.energy(R, s);
+      broken_energy += 0.5 * energy_to_break(i, bond);
       bonds->break_bond(i, k);
     } else
       k++;
   }
+}
+
+/* ---------------------------------------------------------------------- */
+
+double PairPeridemPMB::energy_to_break(int i, const Bond &bond) const
+{
+  const auto &one = law(atom->type[i], atom->type[bond.j]);
+  const double energy = bond.weight * one.energy(bond.R, bond.s);
+  const double late = time_without_broken();
+  return late > 0.0 ? energy - late * spring(i, bond) * rate(i, bond) : energy;
 }
 
 /* ----------------------------------------------------------------------
@@ -270,10 +293,7 @@ double PairPeridemPMB::viscous(int i, const Bond &bond) const
 {
   const auto &one = law(atom->type[i], atom->type[bond.j]);
   if (!(one.dashpot > 0.0)) return 0.0;
-  double **v = atom->v;
-  double rate = 0.0;
-  for (int m = 0; m < 3; m++) rate += (v[bond.j][m] - v[i][m]) * bond.d[m];
-  return bond.weight * one.dashpot * rate / (bond.r * bond.R) * one.softening(bond.R, bond.s);
+  return bond.weight * one.dashpot * rate(i, bond) / bond.R * one.softening(bond.R, bond.s);
 }
 
 /* ---------------------------------------------------------------------- */

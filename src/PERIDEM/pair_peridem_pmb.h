@@ -64,6 +64,9 @@ class PairPeridemPMB : public PairPeridem {
     double d[3];    // x_j - x_i
     double r, R, s, weight;
   };
+  Bond look_at(int i, bigint k) const;
+  double rate(int i, const Bond &) const;
+  double energy_to_break(int i, const Bond &) const;
   template <class What> void each_bond(int i, What what) const;
   double spring(int i, const Bond &) const;
   double viscous(int i, const Bond &) const;

@@ -15,6 +15,8 @@
 
 #include "peridem_material.h"
 
+#include "peridem_families.h"
+
 #include "comm.h"
 #include "domain.h"
 #include "error.h"
@@ -78,49 +80,79 @@ void PeridemMaterial::moduli_from_micromodulus(double c)
 }
 
 /* ----------------------------------------------------------------------
-   The energy of all bonds that cross a unit of plane is Gc. Bonds of the bond-based solid hold
-   c w R s0^2/2 each; with the regularised potential a bond pulled apart has taken C w = c w h s0^2.
+   sum of w v R^n V over the bonds of one node of a square or cubic lattice
 ------------------------------------------------------------------------- */
 
-static double pmb_stretch_from_gc(const PeridemMaterial &mat)
+static double lattice_sum(const PeridemMaterial &mat, int n)
 {
-  const double h = mat.horizon, c = mat.micromodulus();
-  const auto &w = mat.influence;
-  double energy;    // for s0 = 1
-  if (mat.potential == PeridemMaterial::RNP)
-    energy = mat.dim() == 3 ? MY_PI * c * h * w.moment(3) * std::pow(h, 4)
-                            : 2.0 * c * h * w.moment(2) * std::pow(h, 3);
-  else
-    energy = mat.dim() == 3 ? 0.5 * MY_PI * c * w.moment(4) * std::pow(h, 5)
-                            : c * w.moment(3) * std::pow(h, 4);
-  return std::sqrt(mat.gc / energy);
+  const double h = mat.spacing;
+  const double taper = mat.cell > 0.0 ? mat.cell : h;
+  const double reach = mat.horizon * (1.0 + PeridemFamilies::SLACK);
+  const int most = static_cast<int>(reach / h);
+  const int deep = mat.dim() == 3 ? most : 0;
+  double sum = 0.0;
+  for (int k = -deep; k <= deep; k++)
+    for (int j = -most; j <= most; j++)
+      for (int i = -most; i <= most; i++) {
+        const double R = h * std::sqrt(static_cast<double>(i * i + j * j + k * k));
+        if (R == 0.0 || R > reach) continue;
+        sum += mat.influence(R / mat.horizon) * mat.volume_factor(R, taper) * std::pow(R, n);
+      }
+  return sum * std::pow(h, mat.dim());
 }
 
 /* ----------------------------------------------------------------------
-   The energy of all bonds that cross a unit of plane, each stretched to s0 by an isotropic
-   extension, is Gc:  s0^2 = Gc m / (d^2 kappa I), with the weighted volume m = int w R^2 dV of
-   the whole family ball and I the first moment of the crossing bonds.
-   plane jha keeps eq. (4) of Jha et al. 2021.
+   int w R^n dV over the horizon, or what a lattice of the spacing makes of it
+------------------------------------------------------------------------- */
+
+static double family_sum(const PeridemMaterial &mat, int n)
+{
+  if (mat.spacing > 0.0) return lattice_sum(mat, n);
+  const int d = mat.dim();
+  const double sphere = d == 3 ? 4.0 * MY_PI : 2.0 * MY_PI;
+  return sphere * mat.influence.moment(n + d - 1) * std::pow(mat.horizon, n + d);
+}
+
+/* ----------------------------------------------------------------------
+   Energy for s0 = 1 of all bonds that cross a unit of plane, which gets Gc when the stretch is s0:
+   on average over the directions of planes, the part CROSSING R of the bonds of a unit of volume.
+   Bonds of the bond-based solid hold c w R s0^2/2 each; with the regularised potential a bond
+   pulled apart has taken C w = c w h s0^2; bonds of the linear solid under isotropic extension
+   d^2 kappa' w R^2 s0^2 / m.
+------------------------------------------------------------------------- */
+
+static double crossing_energy(const PeridemMaterial &mat)
+{
+  const int d = mat.dim();
+  const double CROSSING = d == 3 ? 0.25 : 1.0 / MY_PI;
+  if (mat.model == PeridemMaterial::PMB) {
+    const double c = mat.micromodulus();
+    if (mat.potential == PeridemMaterial::RNP)
+      return CROSSING * c * mat.horizon * family_sum(mat, 1);
+    return CROSSING * 0.5 * c * family_sum(mat, 2);
+  }
+  const double kappa = mat.lambda() + 2.0 * mat.shear / d;
+  return CROSSING * d * d * kappa * family_sum(mat, 3) / family_sum(mat, 2);
+}
+
+/* ----------------------------------------------------------------------
+   plane jha keeps eq. (4) of Jha et al. 2021
 ------------------------------------------------------------------------- */
 
 double PeridemMaterial::stretch_from_gc() const
 {
-  if (model == PMB) return pmb_stretch_from_gc(*this);
   if (plane == JHA) {
     const double factor = 81.0 / 256.0;    // (3/4)^4
     return std::sqrt(gc / ((3.0 * shear + factor * (bulk - 5.0 * shear / 3.0)) * horizon));
   }
-  const int d = dim();
-  const double kappa = lambda() + 2.0 * shear / d;
-  double m, crossing;    // both without their powers of the horizon: m ~ h^(d+2), I ~ h^(d+3)
-  if (d == 3) {
-    m = 4.0 * MY_PI * influence.moment(4);
-    crossing = MY_PI * influence.moment(5);
-  } else {
-    m = 2.0 * MY_PI * influence.moment(3);
-    crossing = 2.0 * influence.moment(4);
-  }
-  return std::sqrt(gc * m / (d * d * kappa * crossing * horizon));
+  return std::sqrt(gc / crossing_energy(*this));
+}
+
+/* ---------------------------------------------------------------------- */
+
+std::string PeridemMaterial::spacing_text() const
+{
+  return spacing > 0.0 ? fmt::format(" on a lattice of spacing {:.6g}", spacing) : "";
 }
 
 /* ---------------------------------------------------------------------- */
@@ -178,6 +210,7 @@ PeridemMaterial PeridemMaterialParser::parse(int _narg, char **_arg, bool one_ty
     moduli(one_type);
   if (one_type && mat.horizon == 0.0)
     error->all(FLERR, Error::ARGZERO, "{} needs the keyword horizon", style);
+  check_spacing();
   if (model == PeridemMaterial::PMB) pmb_strength(one_type);
   if (one_type && mat.strength == PeridemMaterial::UNSET)
     error->all(FLERR, Error::ARGZERO, "{} needs one of the keywords gc, s0, unbreakable", style);
@@ -216,13 +249,9 @@ int PeridemMaterialParser::keyword(int iarg)
 
   if (key == "influence") return influence(iarg);
   if (key == "volume") return volume(iarg);
+  if (key == "gc" || key == "s0" || key == "unbreakable") return strength(iarg);
   if (key == "horizon") {
     mat.horizon = positive(iarg, key);
-  } else if (key == "gc" || key == "s0") {
-    strength(iarg);
-  } else if (key == "unbreakable") {
-    strength(iarg);
-    return 1;
   } else if (key == "viscosity") {
     mat.viscosity = non_negative(iarg, key);
   } else if (key == "plane") {
@@ -279,19 +308,40 @@ void PeridemMaterialParser::check_strength(int iarg)
 
 /* ---------------------------------------------------------------------- */
 
-void PeridemMaterialParser::strength(int iarg)
+int PeridemMaterialParser::strength(int iarg)
 {
   const std::string key = arg[iarg];
-  if (key == "gc") {
-    mat.gc = positive(iarg, key);
-    mat.strength = PeridemMaterial::GC;
-  } else if (key == "s0") {
-    mat.s0 = positive(iarg, key);
-    mat.strength = PeridemMaterial::S0;
-  } else {
+  if (key == "unbreakable") {
     mat.s0 = std::numeric_limits<double>::infinity();
     mat.strength = PeridemMaterial::UNBREAKABLE;
+    return 1;
   }
+  if (key == "s0") {
+    mat.s0 = positive(iarg, key);
+    mat.strength = PeridemMaterial::S0;
+    return 2;
+  }
+  mat.gc = positive(iarg, key);
+  mat.strength = PeridemMaterial::GC;
+  if (iarg + 2 >= narg || !utils::is_double(arg[iarg + 2])) return 2;
+  mat.spacing = positive(iarg + 1, "gc spacing");
+  return 3;
+}
+
+/* ----------------------------------------------------------------------
+   the spacing of a lattice whose bonds spend gc
+------------------------------------------------------------------------- */
+
+void PeridemMaterialParser::check_spacing()
+{
+  if (mat.spacing == 0.0) return;
+  const int where_spacing = iarg0 + seen["gc"] + 2;
+  if (mat.plane == PeridemMaterial::JHA)
+    error->all(FLERR, where_spacing,
+               "{} plane jha has a formula of its own for gc: it takes no spacing", style);
+  if (mat.horizon > 0.0 && mat.spacing > mat.horizon)
+    error->all(FLERR, where_spacing, "{} gc spacing {}: must be <= the horizon {:.8g}", style,
+               arg[seen["gc"] + 2], mat.horizon);
 }
 
 /* ---------------------------------------------------------------------- */

@@ -38,6 +38,7 @@ struct PeridemMaterial {
   double horizon{0.0};             // 0 = not given (allowed for I != J only)
   int strength{UNSET};
   double gc{0.0};           // critical energy release rate, if given
+  double spacing{0.0};      // of a lattice whose bonds spend gc; 0 = integrals in place of sums
   double s0{0.0};           // critical stretch, infinite if unbreakable
   double viscosity{0.0};    // of the dashpot along the bonds, pressure * time
   PeridemInfluence influence;
@@ -67,6 +68,7 @@ struct PeridemMaterial {
 
   // critical stretch that spends Gc per unit of crack area, for any influence function
   double stretch_from_gc() const;
+  std::string spacing_text() const;    // for messages
 
   // partial-volume factor of a cell of size h at distance R
   double volume_factor(double R, double h) const
@@ -116,7 +118,8 @@ class PeridemMaterialParser : protected Pointers {
   double non_negative(int iarg, const std::string &keyword);
   void need(int iarg, int nvalues);
   void check_strength(int iarg);
-  void strength(int iarg);
+  int strength(int iarg);
+  void check_spacing();
   int influence(int iarg);
   int volume(int iarg);
   int potential(int iarg);
