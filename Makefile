@@ -6,13 +6,14 @@ VENV ?= .venv
 LAMMPS_DIR ?=
 PERIDEM_NATIVE ?= ON
 PYTEST_ARGS ?=
+VERIFY_ARGS ?=
 # the examples' and the tests' own defaults suit two cores
 RANKS ?= 2
 
 SHELL := /bin/bash
 .SHELLFLAGS := -euo pipefail -c
 .DEFAULT_GOAL := help
-.PHONY: help demo test quick sanitize build system lint lock clean distclean FORCE
+.PHONY: help demo test quick verify sanitize build system lint lock clean distclean FORCE
 .NOTPARALLEL:
 
 python := $(VENV)/bin/python
@@ -37,6 +38,7 @@ help: ## list the targets (the default)
 	@echo '  PERIDEM_NATIVE=OFF make build            for any processor of this architecture'
 	@echo '  PYTHON=/path/to/python3 make build       the Python that .venv is made with (3.10 to 3.13)'
 	@echo '  PYTEST_ARGS="-k restart" make test       options for pytest'
+	@echo '  VERIFY_ARGS="--only bar" make verify     some cases anew (--list names them)'
 
 demo: build ## set everything up, then crush a box of grains: pictures in out/demo
 	$(python) examples/compression/compression.py --ranks $(RANKS) --output out/demo
@@ -46,6 +48,9 @@ test: build ## set everything up, then run every test
 
 quick: build ## set everything up, then run the tests of a minute (no ranks, verification, own builds)
 	PERIDEM_TESTS_MUST_RUN=1 $(python) -m pytest tests/unit tests/python -m 'not slow' $(PYTEST_ARGS)
+
+verify: build ## the cases with known answers at full size: doc/verification.md (half an hour)
+	cd tests && $(abspath $(python)) -m verification.report $(VERIFY_ARGS)
 
 # Programs that do not start through the sanitizer's library, such as Python, must load it first.
 sanitize: build ## run the quick tests where wrong memory or undefined behaviour stops them (slow)

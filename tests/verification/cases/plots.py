@@ -1,0 +1,48 @@
+"""One look for all plots of the report."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import matplotlib
+
+matplotlib.use("Agg")
+
+from matplotlib.figure import Figure
+
+COLOURS = ("#0b5394", "#cc4125", "#38761d", "#8e5ea2", "#e69138", "#444444", "#45818e")
+STYLE = {
+    "font.size": 9,
+    "axes.grid": True,
+    "grid.alpha": 0.3,
+    "grid.linewidth": 0.6,
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "axes.prop_cycle": matplotlib.cycler(color=COLOURS),
+    "lines.linewidth": 1.4,
+    "lines.markersize": 4.5,
+    "legend.frameon": False,
+    "legend.fontsize": 8,
+}
+
+
+def panels(count: int = 1, width: float = 4.2, height: float = 3.2) -> tuple[Figure, list[Any]]:
+    """A figure with ``count`` plots side by side."""
+    with matplotlib.rc_context(STYLE):
+        figure = Figure(figsize=(width * count, height), layout="constrained")
+        axes = figure.subplots(1, count, squeeze=False)[0]
+    return figure, list(axes)
+
+
+def save(figure: Figure, path: str) -> None:
+    with matplotlib.rc_context(STYLE):
+        figure.savefig(path, dpi=110, metadata={"Software": None})
+
+
+def cloud(ax: Any, x: Any, values: Any, label: str, unit: float = 1.0, **options: Any) -> None:
+    """Nodes as dots coloured by a value; lengths over ``unit``."""
+    options = {"s": 2.0, "cmap": "viridis", "linewidths": 0} | options
+    dots = ax.scatter(x[:, 0] / unit, x[:, 1] / unit, c=values, rasterized=True, **options)
+    ax.set_aspect("equal")
+    ax.grid(False)
+    ax.figure.colorbar(dots, ax=ax, label=label, shrink=0.85)
