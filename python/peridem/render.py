@@ -83,8 +83,12 @@ class Output:
         return np.asarray(np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1))
 
     def time(self, i: int) -> float:
-        """Time of frame i."""
-        return float(self.dump.steps[i] * self.timestep)
+        """Time of frame i; of a run whose step changes, from its log file."""
+        step, log = float(self.dump.steps[i]), self.folder / "log.lammps"
+        if self._summary.get("adaptive") and log.is_file():
+            table = results.thermo(log)
+            return float(np.interp(step, table["Step"], table["Time"]))
+        return step * self.timestep
 
     def walls(self, time: float) -> list[PlacedWall]:
         """The walls where they are at a time."""
@@ -354,8 +358,9 @@ def stress_png(
     unit, name = (1e3, "kPa") if smooth.max() < 1e6 else (1e6, "MPa")
     plt = _pyplot()
     figure, axes = plt.subplots(figsize=(7.0, 4.2), dpi=150, layout="constrained")
-    steps = results.averages(Path(folder) / WALLS)["TimeStep"]
-    every = 1e3 * output.timestep * float(steps[-1]) / len(steps)
+    record = results.averages(Path(folder) / WALLS)
+    times = record.get("v_now", record["TimeStep"] * output.timestep)
+    every = 1e3 * float(times[-1]) / len(times)
     for x, y, colour, line, span in (
         (travel, stress, "#9db4cc", 0.7, every),
         (middle, smooth, "#1f4e79", 1.8, window * every),
@@ -363,7 +368,7 @@ def stress_png(
         label = f"averaged over {span:.2g} ms"
         axes.plot(1e3 * x, y / unit, color=colour, lw=line, label=label)
     chosen = [range(len(output.dump))[i] for i in (output.pick(4) if frames is None else frames)]
-    speed = travel[-1] / (steps[-1] * output.timestep)
+    speed = travel[-1] / times[-1]
     for k, i in enumerate(chosen):
         at = output.time(i) * speed
         value = float(np.interp(at, middle, smooth)) / unit

@@ -3,7 +3,7 @@
 :meth:`Scene.write` makes a folder with
 
 - ``grains.data``: the nodes, one line each;
-- ``in.grains``: the input script, to be read, edited and run by itself;
+- ``in.grains``: the input script, to be read, edited and run by itself (:mod:`peridem.script`);
 - ``mesh.vtu``: the cells of the grains in their reference position, for pictures (node i of the
   file is the atom with ID i + 1);
 - ``scene.json``: what else pictures need (walls, contact radius, critical stretches).
@@ -13,70 +13,73 @@ from __future__ import annotations
 
 import json
 import math
-import re
-from collections.abc import Sequence
-from dataclasses import dataclass, field
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from functools import cached_property
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
-from peridem import __version__
 from peridem.cloud import Cloud
-from peridem.material import Contact, Material
+from peridem.loads import Cut, Force, Motion, Nodes
+from peridem.material import AnyMaterial, Contact, Inert, Interface, Material, Solid, bulk_of
 from peridem.packing import Packing
 from peridem.timestep import StableStep, stable_step
+from peridem.walls import FIXES, AnyWall, RegionWall, Wall
+
+__all__ = [
+    "DATA",
+    "DUMP",
+    "FIXES",
+    "MESH",
+    "NODE_COLUMNS",
+    "RESTART",
+    "SCRIPT",
+    "STOP",
+    "SUMMARY",
+    "WALLS",
+    "Grain",
+    "RegionWall",
+    "Scene",
+    "Wall",
+    "box_walls",
+    "grains_of",
+]
 
 Array = NDArray[np.float64]
+Ints = NDArray[np.int64]
 
 DATA, SCRIPT, MESH, SUMMARY = "grains.data", "in.grains", "mesh.vtu", "scene.json"
 DUMP, WALLS, RESTART, STOP = "grains.dump", "walls.dat", "grains.restart", "stop"
-FIXES = ("weight", "motion", "walls", "halt")  # IDs of the script's own fixes
+NODE_COLUMNS = ("damage", "stretch", "dilatation", "energy", "bonds")
+ATTRIBUTES = (
+    *NODE_COLUMNS,
+    *("surface", "fragment", "sxx", "syy", "szz", "sxy", "sxz", "syz"),
+)
 
 
 @dataclass(frozen=True, eq=False)
 class Grain:
-    """One grain: a cloud of nodes where it starts, and what it is made of."""
-
-    cloud: Cloud
-    material: Material
-
-
-@dataclass(frozen=True)
-class Wall:
-    """A plane wall.
+    """One grain: a cloud of nodes where it starts, and what it is made of.
 
     Attributes:
-        name: the ID of its fix; letters, digits and underscores.
-        point: (d,) a point on it at the start.
-        normal: (d,) into the side where the grains are; any length.
-        velocity: (d,) of the wall, constant.
+        cloud: nodes in their reference position.
+        material: of all nodes that no part takes.
+        parts: further materials, each with the nodes, (n,) true or false, that it is of.
+        velocity: at the start, (d,) for all nodes or (n, d).
+        displacement: of the nodes at the start, (n, d); None: they are in their reference position.
     """
 
-    name: str
-    point: tuple[float, ...]
-    normal: tuple[float, ...]
-    velocity: tuple[float, ...] = (0.0, 0.0)
+    cloud: Cloud
+    material: AnyMaterial
+    parts: tuple[tuple[NDArray[np.bool_], AnyMaterial], ...] = ()
+    velocity: Array | tuple[float, ...] | None = None
+    displacement: Array | None = None
 
-    def __post_init__(self) -> None:
-        if not re.fullmatch(r"\w+", self.name):
-            raise ValueError(f"wall '{self.name}': a name has letters, digits and underscores only")
-        if self.name in FIXES:
-            raise ValueError(f"wall '{self.name}': the script needs the names {', '.join(FIXES)}")
-        values = (*self.point, *self.normal, *self.velocity)
-        if not np.isfinite(values).all() or not any(self.normal):
-            raise ValueError(f"wall '{self.name}': finite values and a normal other than 0 needed")
-
-    @property
-    def moves(self) -> bool:
-        """Whether it has a velocity."""
-        return any(self.velocity)
-
-    @property
-    def unit_normal(self) -> Array:
-        """Normal of length 1."""
-        normal = np.asarray(self.normal, dtype=float)
-        return np.asarray(normal / np.linalg.norm(normal))
+    def materials(self) -> list[AnyMaterial]:
+        """All its materials, the main one first."""
+        return [self.material, *(material for _, material in self.parts)]
 
 
 @dataclass
@@ -86,28 +89,60 @@ class Scene:
     Attributes:
         title: first line of the script.
         grains: at least one.
-        contact: of all grains and walls.
-        walls: plane walls.
+        contact: of all grains and walls that ``pairs`` does not name.
         duration: simulated time, s.
+        walls: planes and regions.
         gravity: (d,) acceleration.
         frames: how many dumps after the first.
         records: how many averages of the wall forces are written.
         safety: time step over the largest stable one.
         margin: how far the simulation box reaches beyond all; None: four contact radii.
+        timestep: a fixed one; None: ``fix peridem/timestep`` finds and adjusts it.
+        pairs: contact of two materials, by their names.
+        interfaces: bonds between two materials of one grain.
+        motions: prescribed motion of nodes.
+        forces: forces on nodes, per volume.
+        cuts: initial cracks.
+        unbroken: nodes whose bonds among each other never break.
+        attributes: further values of ``compute peridem/atom`` to dump.
+        columns: further columns of the dump (``fx fy``).
+        energies: whether the thermo output has the account of all energy.
+        start_time: time at the start.
+        boundary: of the simulation box in the directions without periodicity: f, s or m.
+        periodic: directions (0, 1, 2) in which the box repeats; they need ``box``.
+        box: low and high corner of the simulation box; None: around everything.
+        leapfrog: whether velocities start half a step ahead, which is symplectic Euler's rule.
+        notes: lines for the head of the script.
     """
 
     title: str
     grains: Sequence[Grain]
     contact: Contact
     duration: float
-    walls: Sequence[Wall] = ()
+    walls: Sequence[AnyWall] = ()
     gravity: tuple[float, ...] = (0.0, 0.0)
     frames: int = 100
     records: int = 1000
     safety: float = 0.8
     margin: float | None = None
+    timestep: float | None = None
+    pairs: Mapping[tuple[str, str], Contact] = field(default_factory=dict)
+    interfaces: Sequence[Interface] = ()
+    motions: Sequence[Motion] = ()
+    forces: Sequence[Force] = ()
+    cuts: Sequence[Cut] = ()
+    unbroken: Nodes | None = None
+    attributes: tuple[str, ...] = ()
+    columns: tuple[str, ...] = ()
+    energies: bool = False
+    start_time: float = 0.0
+    boundary: str = "f"
+    periodic: tuple[int, ...] = ()
+    box: tuple[tuple[float, ...], tuple[float, ...]] | None = None
+    leapfrog: bool = False
+    notes: Sequence[str] = ()
     dimension: int = field(init=False)
-    materials: list[Material] = field(init=False)
+    materials: list[AnyMaterial] = field(init=False)
 
     def __post_init__(self) -> None:
         if not self.grains:
@@ -116,74 +151,268 @@ class Scene:
         if len(dimensions) != 1:
             raise ValueError("scene: grains of two and of three dimensions together")
         self.dimension = dimensions.pop()
-        vectors = [("gravity", self.gravity)]
+        self._check_vectors()
+        self._check_numbers()
+        self._check_names()
+        self._check_grains()
+        found = dict.fromkeys(m for grain in self.grains for m in grain.materials())
+        groups = dict.fromkeys(self.contact_group(m) for m in found)
+        self.materials = [m for g in groups for m in found if self.contact_group(m) == g]
+        self._check_pairs()
+        self._check_walls()
+        self._check_loads()
+
+    # ---- checks ----------------------------------------------------------------------------------
+
+    def _check_vectors(self) -> None:
+        d = self.dimension
+        if self.gravity == (0.0, 0.0) and d == 3:
+            self.gravity = (0.0, 0.0, 0.0)
+        walls = []
         for wall in self.walls:
-            vectors += [(f"wall {wall.name}", v) for v in (wall.point, wall.normal, wall.velocity)]
+            still = not any(wall.velocity) and len(wall.velocity) != d
+            walls.append(replace(wall, velocity=(0.0,) * d) if still else wall)
+        self.walls = walls
+        vectors: list[tuple[str, Sequence[object]]] = [("gravity", self.gravity)]
+        for wall in walls:
+            vectors.append((f"wall {wall.name}", wall.velocity))
+            if isinstance(wall, Wall):
+                vectors += [(f"wall {wall.name}", v) for v in (wall.point, wall.normal)]
+        for motion in self.motions:
+            vectors += [(f"motion {motion.name}", motion.velocity or motion.displacement)]
+        vectors += [(f"force {force.name}", force.density) for force in self.forces]
         for what, vector in vectors:
-            if len(vector) != self.dimension:
-                raise ValueError(f"scene: {what} needs {self.dimension} components, not {vector}")
-        names = [wall.name for wall in self.walls]
-        if len(set(names)) < len(names):
-            raise ValueError(f"scene: walls need different names, not {names}")
-        for what in ("duration", "safety"):
+            if vector and len(vector) != d:
+                raise ValueError(f"scene: {what} needs {d} components, not {tuple(vector)}")
+
+    def _check_numbers(self) -> None:
+        for what in ("duration", "safety", "timestep"):
             value = getattr(self, what)
-            if not (math.isfinite(value) and value > 0.0):
+            if value is not None and not (math.isfinite(value) and value > 0.0):
                 raise ValueError(f"scene: {what} must be above 0, not {value}")
         for what in ("frames", "records"):
             if getattr(self, what) < 1:
                 raise ValueError(f"scene: {what} must be at least 1, not {getattr(self, what)}")
-        self.materials = list(dict.fromkeys(grain.material for grain in self.grains))
-        self._check_walls()
+        if self.boundary not in ("f", "s", "m"):
+            raise ValueError(f"scene: boundary must be f, s or m, not '{self.boundary}'")
+        unknown = [a for a in self.attributes if a not in ATTRIBUTES]
+        if unknown:
+            raise ValueError(
+                f"scene: attributes must be of {', '.join(ATTRIBUTES)}, not '{unknown[0]}'"
+            )
+        if not all(0 <= k < self.dimension for k in self.periodic):
+            raise ValueError(f"scene: periodic directions must be below {self.dimension}")
+        if self.periodic and self.box is None:
+            raise ValueError("scene: a periodic scene needs its box")
+
+    def _check_names(self) -> None:
+        names = [thing.name for thing in (*self.walls, *self.motions, *self.forces)]
+        if len(set(names)) < len(names):
+            raise ValueError(
+                f"scene: walls, motions and forces need different names, not {', '.join(names)}"
+            )
+
+    def _check_grains(self) -> None:
+        d = self.dimension
+        for number, grain in enumerate(self.grains, 1):
+            n = len(grain.cloud.nodes)
+            if grain.displacement is not None and grain.displacement.shape != (n, d):
+                raise ValueError(
+                    f"scene: grain {number} has {n} nodes; its displacement must be ({n}, {d}), "
+                    f"not {grain.displacement.shape}"
+                )
+            if grain.velocity is not None and np.shape(grain.velocity) not in ((d,), (n, d)):
+                raise ValueError(
+                    f"scene: the velocity of grain {number} must be ({d},) or ({n}, {d}), "
+                    f"not {np.shape(grain.velocity)}"
+                )
+            for mask, material in grain.parts:
+                if mask.shape != (n,):
+                    raise ValueError(
+                        f"scene: the part '{material.name}' of grain {number} must be ({n},), "
+                        f"not {mask.shape}"
+                    )
+
+    def _check_pairs(self) -> None:
+        known = dict.fromkeys(m.name for m in self.materials)
+        named = [(pair, "contact") for pair in self.pairs]
+        named += [(interface.between, "interface") for interface in self.interfaces]
+        for pair, what in named:
+            for name in pair:
+                if name not in known:
+                    raise ValueError(
+                        f"scene: {what} of {pair[0]} and {pair[1]}: no material '{name}', "
+                        f"there are {', '.join(known)}"
+                    )
 
     def _check_walls(self) -> None:
+        inert = [isinstance(grain.material, Inert) for grain in self.grains]
         for wall in self.walls:
             for number, grain in enumerate(self.grains, 1):
-                gap = ((grain.cloud.nodes - wall.point) @ wall.unit_normal).min()
-                if gap < 0.0:
+                if inert[number - 1]:
+                    continue  # bodies of nodes may be where they like
+                through = wall.behind(self._start(grain))
+                if through > 0.0:
+                    how_far = f"{through:g} " if math.isfinite(through) else ""
                     raise ValueError(
-                        f"scene: grain {number} reaches {-gap:g} through the wall '{wall.name}' "
+                        f"scene: grain {number} reaches {how_far}through the wall '{wall.name}' "
                         "at the start; its normal must point to the grains"
                     )
 
+    def _check_loads(self) -> None:
+        loads = [("motion", m.name, m.nodes) for m in self.motions]
+        loads += [("force", f.name, f.nodes) for f in self.forces]
+        for what, name, nodes in loads:
+            if not nodes.mask(self.grain_of_node, self.reference).any():
+                raise ValueError(f"scene: {what} '{name}' has no nodes")
+
+    # ---- nodes -----------------------------------------------------------------------------------
+
+    @staticmethod
+    def _start(grain: Grain) -> Array:
+        """Where the nodes of a grain are at the start."""
+        nodes = grain.cloud.nodes
+        return nodes if grain.displacement is None else nodes + grain.displacement
+
+    @cached_property
+    def reference(self) -> Array:
+        """Reference positions of all nodes, (n, d), in the order of their atom-IDs."""
+        return np.vstack([grain.cloud.nodes for grain in self.grains])
+
+    @cached_property
+    def grain_of_node(self) -> Ints:
+        """Number of each node's grain from 1, (n,)."""
+        counts = [len(grain.cloud.nodes) for grain in self.grains]
+        return np.repeat(np.arange(1, len(counts) + 1), counts)
+
+    @cached_property
+    def type_of_node(self) -> Ints:
+        """Atom type of each node from 1, (n,)."""
+        number = {material: k for k, material in enumerate(self.materials, 1)}
+        types = []
+        for grain in self.grains:
+            mine = np.full(len(grain.cloud.nodes), number[grain.material])
+            for mask, material in grain.parts:
+                mine[mask] = number[material]
+            types.append(mine)
+        return np.concatenate(types)
+
     # ---- numbers that follow ---------------------------------------------------------------------
 
-    @property
+    def contact_group(self, material: AnyMaterial) -> tuple[str, float | None]:
+        """Materials with the same one touch alike."""
+        return material.name, bulk_of(material, self.dimension)
+
+    def contact_of(self, a: AnyMaterial, b: AnyMaterial) -> Contact:
+        """The contact of two materials."""
+        given = self.pairs.get((a.name, b.name)) or self.pairs.get((b.name, a.name))
+        return given or self.contact
+
+    def modulus_of(self, a: AnyMaterial, b: AnyMaterial) -> float | None:
+        """Harmonic mean of two bulk moduli; one that is missing counts as the other."""
+        known = [k for k in (bulk_of(a, self.dimension), bulk_of(b, self.dimension)) if k]
+        if not known:
+            every = [k for m in self.materials if (k := bulk_of(m, self.dimension))]
+            return max(every) if every else None
+        return len(known) / sum(1.0 / k for k in known)
+
+    @cached_property
     def contact_radius(self) -> float:
         """The contact radius: as given, or 0.95 of the smallest spacing of boundary nodes."""
         if self.contact.radius is not None:
             return self.contact.radius
         return 0.95 * min(_surface_spacing(cloud) for cloud, _ in self._kinds())
 
-    def _kinds(self) -> list[tuple[Cloud, Material]]:
-        """One grain of each kind: the same mesh at the same size, of the same material."""
-        kinds: dict[object, tuple[Cloud, Material]] = {}
+    def radius_of(self, contact: Contact) -> float:
+        """Contact radius of a pair of materials."""
+        return self.contact_radius if contact.radius is None else contact.radius
+
+    @cached_property
+    def radii(self) -> tuple[float, float]:
+        """Smallest and largest contact radius of the scene."""
+        all_ = [self.radius_of(contact) for contact in (self.contact, *self.pairs.values())]
+        return min(all_), max(all_)
+
+    @cached_property
+    def _sizes(self) -> list[tuple[Cloud, AnyMaterial]]:
+        """The smallest and the largest grain of each mesh and material."""
+        found: dict[object, list[tuple[float, Cloud, AnyMaterial]]] = {}
         for grain in self.grains:
             c = grain.cloud
-            key = (c.name, len(c.nodes), f"{c.volumes.sum():.6e} {c.volumes.min():.6e}")
-            kinds.setdefault((key, grain.material), (c, grain.material))
-        return list(kinds.values())
+            for material in grain.materials():
+                plain = material
+                if not isinstance(material, Inert):
+                    plain = replace(material, taper=None)
+                entry = (float(c.volumes.sum()), c, material)
+                found.setdefault((c.name, len(c.nodes), plain), []).append(entry)
+        kinds = []
+        for entries in found.values():
+            small = min(entries, key=lambda entry: entry[0])
+            large = max(entries, key=lambda entry: entry[0])
+            kinds.append(small[1:])
+            if large[0] > small[0] * (1.0 + 1e-6):
+                kinds.append(large[1:])
+        return kinds
+
+    def _kinds(self) -> list[tuple[Cloud, AnyMaterial]]:
+        """The smallest and the largest grain of each kind."""
+        return self._sizes
 
     def stable_step(self) -> StableStep:
-        """The largest stable time step (see :mod:`peridem.timestep`)."""
-        kinds = self._kinds()
-        clouds, materials = [c for c, _ in kinds], [m for _, m in kinds]
-        size = max(float(c.cell_sizes.max()) for c in clouds) ** (self.dimension - 2)
-        spring = self.contact.stiff * max(m.bulk for m in materials) * size
-        return stable_step(clouds, materials, spring)
+        """The largest stable time step at the start (see :mod:`peridem.timestep`)."""
+        kinds = [(c, m) for c, m in self._kinds() if not isinstance(m, Inert)]
+        clouds = [c for c, _ in kinds]
+        solids: list[Solid] = [m for _, m in kinds]
+        volumes = np.concatenate([c.volumes for c in clouds])
+        ends = (float(volumes.min()), float(volumes.max()))
+        spring = 0.0
+        for a in self.materials:
+            for b in self.materials[:1] if len(self.materials) > 20 else self.materials:
+                bulk = self.modulus_of(a, b)
+                if bulk is not None:
+                    spring = max(spring, self.contact_of(a, b).spring(bulk, ends, self.dimension))
+        return stable_step(clouds, solids, spring)
 
-    def _box(self) -> tuple[Array, Array]:
-        """Low and high corner of the simulation box: around all nodes and all walls."""
-        margin = 4.0 * self.contact_radius if self.margin is None else self.margin
-        points = [grain.cloud.nodes for grain in self.grains]
-        points += [np.atleast_2d(wall.point) for wall in self.walls]
-        points += [
-            np.atleast_2d(wall.point) + self.duration * np.asarray(wall.velocity)
-            for wall in self.walls
-        ]
+    @cached_property
+    def _step(self) -> tuple[float, StableStep]:
+        bonds = any(not isinstance(m, Inert) for m in self.materials)
+        stable = self.stable_step() if bonds else StableStep(math.inf, math.inf)
+        if not bonds and self.timestep is None:
+            raise ValueError("scene: no grain has bonds, so a timestep must be given")
+        if self.timestep is not None:
+            return self.timestep, stable
+        return float(f"{self.safety * stable.together:.2g}"), stable
+
+    def _timestep(self) -> tuple[float, StableStep]:
+        return self._step
+
+    @property
+    def adaptive(self) -> bool:
+        """Whether ``fix peridem/timestep`` adjusts the step; ``fix move`` wants a constant one."""
+        return self.timestep is None and all(motion.steady for motion in self.motions)
+
+    def corners(self) -> tuple[Array, Array]:
+        """Low and high corner of the simulation box: as given, or around all nodes and walls."""
+        if self.box is not None:
+            return np.array(self.box[0], dtype=float), np.array(self.box[1], dtype=float)
+        margin = 4.0 * self.radii[1] if self.margin is None else self.margin
+        points = [self._start(grain) for grain in self.grains]
+        points += [p for wall in self.walls if len(p := wall.corners(self.duration))]
+        for motion in self.motions:
+            if motion.steady:
+                mask = motion.nodes.mask(self.grain_of_node, self.reference)
+                way = self.duration * np.array([v or 0.0 for v in motion.velocity])
+                points.append(self.reference[mask] + way)
         everything = np.vstack(points)
         return everything.min(axis=0) - margin, everything.max(axis=0) + margin
 
     # ---- files -----------------------------------------------------------------------------------
+
+    def script(self) -> str:
+        """The input script."""
+        from peridem.script import script
+
+        return script(self)
 
     def write(self, folder: str | Path) -> Path:
         """Write the scene into a folder, made if missing; returns the path of the input script.
@@ -191,72 +420,107 @@ class Scene:
         Raises:
             ValueError: a node without a bond within the horizon.
         """
+        script = self.script()
         folder = Path(folder)
         folder.mkdir(parents=True, exist_ok=True)
-        script = self.script()
         (folder / DATA).write_text(self.data())
         (folder / SCRIPT).write_text(script)
         self._write_mesh(folder / MESH)
         (folder / SUMMARY).write_text(json.dumps(self._summary(), indent=1) + "\n")
         return folder / SCRIPT
 
+    @property
+    def displaced(self) -> bool:
+        """Whether a grain does not start in its reference position."""
+        return any(grain.displacement is not None for grain in self.grains)
+
     def data(self) -> str:
-        """The data file."""
-        low, high = self._box()
+        """The data file; numbers have all their digits."""
+        low, high = self.corners()
         if self.dimension == 2:
             low, high = np.append(low, -0.5), np.append(high, 0.5)  # unit thickness
-        count = sum(len(grain.cloud.nodes) for grain in self.grains)
+        what = "node, grain, material, volume, density, x, y, z"
+        what += ", reference position" if self.displaced else ""
         lines = [
-            f"{self.title}; columns of Atoms: node, grain, material, volume, density, x, y, z",
+            f"{self.title}; columns of Atoms: {what}",
             "",
-            f"{count} atoms",
+            f"{len(self.reference)} atoms",
             f"{len(self.materials)} atom types",
             "",
             *(f"{a:.10g} {b:.10g} {k}lo {k}hi" for a, b, k in zip(low, high, "xyz", strict=True)),
             "",
             "Atoms # peridem",
             "",
+            *self._atom_lines(),
         ]
-        node = 0
-        for number, grain in enumerate(self.grains, 1):
-            kind = self.materials.index(grain.material) + 1
-            cloud, density = grain.cloud, grain.material.density
-            position = np.zeros((len(cloud.nodes), 3))
-            position[:, : self.dimension] = cloud.nodes
-            for volume, (x, y, z) in zip(cloud.volumes, position, strict=True):
-                node += 1
-                lines.append(
-                    f"{node} {number} {kind} {volume:.12g} {density:g} {x:.12g} {y:.12g} {z:.12g}"
-                )
+        velocities = self._velocity_lines()
+        if velocities:
+            lines += ["", "Velocities", "", *velocities]
         return "\n".join(lines) + "\n"
+
+    def _atom_lines(self) -> list[str]:
+        pad = [(0, 0), (0, 3 - self.dimension)]
+        start = np.vstack([self._start(grain) for grain in self.grains])
+        columns = [np.pad(start, pad)]
+        if self.displaced:
+            columns.append(np.pad(self.reference, pad))
+        volumes = np.concatenate([grain.cloud.volumes for grain in self.grains])
+        density = np.array([m.density for m in self.materials])[self.type_of_node - 1]
+        rows = zip(
+            self.grain_of_node.tolist(),
+            self.type_of_node.tolist(),
+            volumes.tolist(),
+            density.tolist(),
+            np.hstack(columns).tolist(),
+            strict=True,
+        )
+        return [
+            f"{k} {grain} {kind} {volume!r} {rho!r} {' '.join(map(repr, place))}"
+            for k, (grain, kind, volume, rho, place) in enumerate(rows, 1)
+        ]
+
+    def _velocity_lines(self) -> list[str]:
+        if all(grain.velocity is None for grain in self.grains):
+            return []
+        every = []
+        for grain in self.grains:
+            shape = grain.cloud.nodes.shape
+            given = 0.0 if grain.velocity is None else np.asarray(grain.velocity, dtype=float)
+            every.append(np.broadcast_to(given, shape))
+        rows = np.pad(np.vstack(every), ((0, 0), (0, 3 - self.dimension))).tolist()
+        return [f"{k} {' '.join(map(repr, row))}" for k, row in enumerate(rows, 1)]
 
     def _write_mesh(self, path: Path) -> None:
         import meshio
 
-        nodes, cells, grain_of_node, surface = [], [], [], []
-        first = 0
-        for number, grain in enumerate(self.grains, 1):
-            cloud = grain.cloud
-            nodes.append(np.pad(cloud.nodes, ((0, 0), (0, 3 - self.dimension))))
-            cells.append(cloud.cells + first)
-            grain_of_node.append(np.full(len(cloud.nodes), number))
-            surface.append(cloud.surface.astype(np.int64))
-            first += len(cloud.nodes)
+        cells, surface, first = [], [], 0
+        for grain in self.grains:
+            cells.append(grain.cloud.cells + first)
+            surface.append(grain.cloud.surface.astype(np.int64))
+            first += len(grain.cloud.nodes)
         kind = {2: "triangle", 3: "tetra"}[self.dimension]
         meshio.Mesh(
-            np.vstack(nodes),
+            np.pad(self.reference, ((0, 0), (0, 3 - self.dimension))),
             [(kind, np.vstack(cells))],
-            point_data={"grain": np.concatenate(grain_of_node), "surface": np.concatenate(surface)},
+            point_data={"grain": self.grain_of_node, "surface": np.concatenate(surface)},
         ).write(path)
 
     def _summary(self) -> dict[str, object]:
-        stretches = [m.critical_stretch(self.dimension) for m in self.materials]
+        stretches = [
+            math.inf if isinstance(m, Inert) else m.critical_stretch(self.dimension)
+            for m in self.materials
+        ]
         return {
             "title": self.title,
             "dimension": self.dimension,
             "contact_radius": self.contact_radius,
             "critical_stretch": [s if math.isfinite(s) else None for s in stretches],
+            "materials": [m.name for m in self.materials],
             "timestep": self._timestep()[0],
+            "adaptive": self.adaptive,
+            "start_time": self.start_time,
+            "duration": self.duration,
+            "node_columns": [*NODE_COLUMNS, *self.attributes],
             "walls": [
                 {
                     "name": wall.name,
@@ -265,189 +529,9 @@ class Scene:
                     "velocity": list(wall.velocity),
                 }
                 for wall in self.walls
+                if isinstance(wall, Wall)
             ],
         }
-
-    def _timestep(self) -> tuple[float, StableStep]:
-        stable = self.stable_step()
-        return float(f"{self.safety * stable.together:.2g}"), stable
-
-    # ---- the script ------------------------------------------------------------------------------
-
-    def script(self) -> str:
-        """The input script."""
-        step, stable = self._timestep()
-        total = math.ceil(self.duration / step)
-        frame = max(1, round(total / self.frames))
-        record = max(1, round(total / self.records))
-        total = math.ceil(total / frame) * frame
-        sections = [
-            self._script_head(),
-            self._script_solids(),
-            self._script_contact(),
-            self._script_walls(),
-            self._script_motion(step, stable),
-            self._script_output(frame, record),
-            self._script_run(total, frame, step),
-        ]
-        return "\n".join(sections)
-
-    def _script_head(self) -> str:
-        count = sum(len(grain.cloud.nodes) for grain in self.grains)
-        d = self.dimension
-        plane = "2D with unit thickness: volumes are areas, forces are N per m of thickness."
-        boundary = "f f p" if d == 2 else "f f f"
-        return f"""\
-# {self.title}
-#
-# {len(self.grains)} grains of together {count} nodes. Made by peridem {__version__}; edit it as you
-# like, nothing reads it back. Run it in this folder with
-#     mpirun -np 2 lmp -in {SCRIPT}
-# SI units: m, kg, s, N, Pa. {plane if d == 2 else ""}
-
-units           si
-dimension       {d}
-boundary        {boundary:<24}# a node that leaves the box is an error: the walls are inside it
-atom_style      peridem
-read_data       {DATA:<24}# columns: node, grain, material, volume, density, x, y, z
-"""
-
-    def _script_solids(self) -> str:
-        d = self.dimension
-        lines = ["# ---- solids: one atom type for each material", ""]
-        lines.append("pair_style      hybrid/overlay peridem/lps peridem/contact")
-        for kind, m in enumerate(self.materials, 1):
-            clouds = [g.cloud for g in self.grains if g.material == m]
-            spacing = float(np.median(np.concatenate([_spacings(c) for c in clouds])))
-            stretch = m.critical_stretch(d)
-            breaks = "bonds never break"
-            if math.isfinite(stretch):
-                why = f" = sqrt(Gc m/(d^2 kappa' I)) for Gc = {m.gc:g} N/m" if m.gc else ""
-                breaks = f"bonds break at a stretch of {stretch:.3g}{why}"
-            lines += [
-                f"# {m.name}: G = {m.shear:.4g} Pa, waves travel at {m.wave_speed(d):.3g} m/s",
-                f"# horizon = {m.horizon / spacing:.2g} node spacings (median {spacing:.3g} m)",
-                f"# {breaks}",
-                f"pair_coeff      {kind} {kind} peridem/lps {m.pair_coeff(d)}",
-            ]
-        return "\n".join(lines) + "\n"
-
-    def _script_contact(self) -> str:
-        radius = self.contact_radius
-        where = (
-            "as given"
-            if self.contact.radius is not None
-            else "0.95 of the smallest spacing of boundary nodes"
-        )
-        lines = [
-            "# ---- contact between nodes of different grains and of fragments",
-            f"# radius: {where}",
-            "# modulus: bulk modulus, the harmonic mean of two materials",
-            f"# form bulk: the spring of two nodes is {self.contact.stiff:g} times the modulus"
-            + (" (times their size)" if self.dimension == 3 else ""),
-            "",
-        ]
-        n = len(self.materials)
-        for i in range(n):
-            for j in range(i, n):
-                a, b = self.materials[i].bulk, self.materials[j].bulk
-                words = self.contact.keywords(radius, 2.0 * a * b / (a + b))
-                pair = "* *" if n == 1 else f"{i + 1} {j + 1}"
-                lines.append(f"pair_coeff      {pair} peridem/contact {words}")
-        skin = 0.3 * radius
-        lines += [
-            f"neighbor        {skin:.3g} bin".ljust(40)
-            + "# skin: 0.3 contact radii (the default in si units is 1 mm)",
-            "neigh_modify    every 1 delay 0 check yes",
-        ]
-        return "\n".join(lines) + "\n"
-
-    def _script_walls(self) -> str:
-        if not self.walls:
-            return "# ---- no walls\n"
-        lines = [
-            "# ---- walls: a point, the normal towards the grains, a velocity;",
-            "# contact as of each node's own material with itself",
-            "",
-        ]
-        for wall in self.walls:
-            line = f"fix {wall.name} all peridem/wall plane {_vector(wall.point)}"
-            line += f"  {_vector(wall.normal)}"
-            if wall.moves:
-                line += f"  velocity {_vector(wall.velocity)}"
-            lines.append(line)
-        return "\n".join(lines) + "\n"
-
-    def _script_motion(self, step: float, stable: StableStep) -> str:
-        lines = ["# ---- loads, motion and time step", ""]
-        strength = float(np.linalg.norm(self.gravity))
-        if strength:
-            towards = _vector(tuple(g / strength for g in self.gravity))
-            lines.append(f"fix weight all gravity {strength:.8g} vector {towards}")
-        lines += [
-            "fix motion all nve",
-            f"# stable up to {stable.bonds:.3g} s for bonds alone (highest frequency of a grain),",
-            f"# {stable.contacts:.3g} s for contacts (each node pressed by several at once),",
-            f"# {stable.together:.3g} s for both, with viscosity; taken: {self.safety:g} of that",
-            f"timestep        {step:.8g}",
-        ]
-        return "\n".join(lines) + "\n"
-
-    def _script_output(self, frame: int, record: int) -> str:
-        columns = " ".join(f"c_node[{i}]" for i in range(1, len(NODE_COLUMNS) + 1))
-        position, velocity = ("x y", "vx vy") if self.dimension == 2 else ("x y z", "vx vy vz")
-        lines = [
-            "# ---- output",
-            f"# columns of c_node: {', '.join(NODE_COLUMNS)}",
-            "",
-            f"compute node all peridem/atom {' '.join(NODE_COLUMNS)}",
-            f"dump grains all custom {frame} {DUMP} id mol type {position} {velocity} {columns}",
-            "dump_modify grains sort id",
-            "compute damage all reduce ave c_node[1]",
-        ]
-        shown = "step time c_damage pe ke"
-        moving = [wall for wall in self.walls if wall.moves]
-        for wall in moving:
-            shown += f" v_{wall.name}_travel v_{wall.name}_force"
-            speed = float(np.linalg.norm(wall.velocity))
-            force = "+".join(
-                f"({-n:.8g})*f_{wall.name}[{k}]" for k, n in enumerate(wall.unit_normal, 1) if n
-            )
-            lines += [
-                f"# how far the wall '{wall.name}' has gone, and the force that pushes it back",
-                f"variable {wall.name}_travel equal {speed:.8g}*time",
-                f"variable {wall.name}_force equal {force}",
-            ]
-        if self.walls:
-            names = [
-                f"f_{wall.name}[{k + 1}]" for wall in self.walls for k in range(self.dimension)
-            ]
-            names = [f"v_{wall.name}_travel" for wall in moving] + names
-            lines += [
-                f"# forces on the walls, averaged over {record} steps",
-                f"fix walls all ave/time 1 {record} {record} {' '.join(names)} file {WALLS}",
-            ]
-        lines += [
-            f"thermo          {frame}",
-            f"thermo_style    custom {shown}",
-            "thermo_modify   flush yes norm no",
-        ]
-        return "\n".join(lines) + "\n"
-
-    def _script_run(self, total: int, frame: int, step: float) -> str:
-        every = max(1, total // 10 // frame) * frame
-        return f"""\
-# ---- run: {total} steps of {step:g} s; a file named '{STOP}' in this folder ends it early
-
-variable halted equal is_file({STOP})
-fix halt all halt {max(1, frame // 4)} v_halted > 0 error soft
-restart         {every} {RESTART}.1 {RESTART}.2
-run             {total}
-write_restart   {RESTART}
-"""
-
-
-NODE_COLUMNS = ("damage", "stretch", "dilatation", "energy", "bonds")
 
 
 def grains_of(
@@ -477,17 +561,29 @@ def grains_of(
 
 
 def box_walls(low: Sequence[float], high: Sequence[float], lid_velocity: float = 0.0) -> list[Wall]:
-    """Four walls of a 2D box: ``floor``, ``left``, ``right`` and ``lid``, which may move in y."""
-    (x0, y0), (x1, y1) = low, high
+    """Walls of a box: ``floor``, ``left``, ``right`` and ``lid``, which may move upwards; in 3D
+    ``front`` and ``back`` as well. Upwards is y in 2D and z in 3D.
+    """
+    if len(low) == 2:
+        (x0, y0), (x1, y1) = low, high
+        return [
+            Wall("floor", (x0, y0), (0.0, 1.0)),
+            Wall("left", (x0, y0), (1.0, 0.0)),
+            Wall("right", (x1, y0), (-1.0, 0.0)),
+            Wall("lid", (x0, y1), (0.0, -1.0), (0.0, lid_velocity)),
+        ]
+    start, end, still = (*low,), (*high,), (0.0, 0.0, 0.0)
     return [
-        Wall("floor", (x0, y0), (0.0, 1.0)),
-        Wall("left", (x0, y0), (1.0, 0.0)),
-        Wall("right", (x1, y0), (-1.0, 0.0)),
-        Wall("lid", (x0, y1), (0.0, -1.0), (0.0, lid_velocity)),
+        Wall("floor", start, (0.0, 0.0, 1.0), still),
+        Wall("left", start, (1.0, 0.0, 0.0), still),
+        Wall("right", end, (-1.0, 0.0, 0.0), still),
+        Wall("front", start, (0.0, 1.0, 0.0), still),
+        Wall("back", end, (0.0, -1.0, 0.0), still),
+        Wall("lid", end, (0.0, 0.0, -1.0), (0.0, 0.0, lid_velocity)),
     ]
 
 
-def _spacings(cloud: Cloud) -> Array:
+def spacings(cloud: Cloud) -> Array:
     """Lengths of the sides of the cells."""
     ends = cloud.nodes[cloud.edges]
     return np.asarray(np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1))
@@ -495,9 +591,4 @@ def _spacings(cloud: Cloud) -> Array:
 
 def _surface_spacing(cloud: Cloud) -> float:
     """Smallest spacing of neighbouring nodes on the boundary."""
-    return float(_spacings(cloud)[cloud.surface[cloud.edges].all(axis=1)].min())
-
-
-def _vector(values: Sequence[float]) -> str:
-    """Three numbers, the last of a 2D vector 0."""
-    return " ".join(f"{v + 0.0:.8g}" for v in (*values, 0.0)[:3])
+    return float(spacings(cloud)[cloud.surface[cloud.edges].all(axis=1)].min())

@@ -17,13 +17,13 @@ from scipy.sparse.linalg import eigsh
 from scipy.spatial import cKDTree
 
 from peridem.cloud import Cloud
-from peridem.material import INFLUENCE, Material
+from peridem.material import BondMaterial, Material, Solid
 
 Array = NDArray[np.float64]
 
-# Nodes of other grains or walls within the contact distance of one node, all pressed at once: in 2D
-# a corner between two faces of nodes (two on each) and a wall; in 3D twice that.
-CONTACTS_AT_ONCE = {2: 5, 3: 10}
+# Springs pressed at once that fix peridem/timestep allows for at the lightest node before grains
+# touch: d + 1, as compute peridem/dt has it.
+CONTACTS_AT_ONCE = {2: 3, 3: 4}
 
 
 def bonds(cloud: Cloud, horizon: float) -> tuple[NDArray[np.int64], Array]:
@@ -34,8 +34,8 @@ def bonds(cloud: Cloud, horizon: float) -> tuple[NDArray[np.int64], Array]:
     return pairs, np.asarray(length)
 
 
-def stiffness(cloud: Cloud, material: Material) -> sparse.csr_matrix:
-    """Stiffness matrix of the linear peridynamic solid in its reference configuration.
+def stiffness(cloud: Cloud, material: Solid) -> sparse.csr_matrix:
+    """Stiffness matrix of a peridynamic solid in its reference configuration.
 
     Row and column d*i + k belong to the displacement of node i along k, d the dimension:
     (d n, d n), symmetric.
@@ -52,29 +52,47 @@ def stiffness(cloud: Cloud, material: Material) -> sparse.csr_matrix:
             f"cloud '{cloud.name}': {len(alone)} of {n} nodes have no other within the horizon "
             f"{material.horizon:g} (the first is node {alone[0] + 1}); spacing is {cloud.spacing:g}"
         )
-    size = cloud.cell_sizes
-    cell = 0.5 * (size[i] + size[j])
-    cut = np.clip((material.horizon + 0.5 * cell - length) / cell, 0.0, 1.0)
-    weight = INFLUENCE[material.influence](length / material.horizon) * cut
-    volume = cloud.volumes
-    family = np.zeros(n)
-    np.add.at(family, i, weight * length**2 * volume[j])
-    np.add.at(family, j, weight * length**2 * volume[i])
+    cell = 0.5 * (cloud.cell_sizes[i] + cloud.cell_sizes[j])
+    weight = material.weight(length / material.horizon) * material.cut(length, cell)
+    extension = _extension(cloud, pairs, length)
+    if isinstance(material, BondMaterial):
+        spring = material.micro_modulus(d) * weight * cloud.volumes[i] * cloud.volumes[j] / length
+        return sparse.csr_matrix(extension.T @ sparse.diags(spring) @ extension)
+    return _state_stiffness(cloud, material, pairs, length, weight, extension)
 
-    # extension of each bond, then dilatation of each node, from the displacements
+
+def _extension(cloud: Cloud, pairs: NDArray[np.int64], length: Array) -> sparse.csr_matrix:
+    """Extensions of all bonds from the displacements, (b, d n)."""
+    d, (i, j) = cloud.dimension, pairs.T
     b = np.arange(len(pairs))
     along = (cloud.nodes[j] - cloud.nodes[i]) / length[:, None]
     column = np.concatenate([(d * j[:, None] + np.arange(d)), (d * i[:, None] + np.arange(d))])
-    extension = sparse.csr_matrix(
+    return sparse.csr_matrix(
         (np.concatenate([along, -along]).ravel(), (np.tile(b, 2).repeat(d), column.ravel())),
-        shape=(len(pairs), d * n),
+        shape=(len(pairs), d * len(cloud.nodes)),
     )
+
+
+def _state_stiffness(
+    cloud: Cloud,
+    material: Material,
+    pairs: NDArray[np.int64],
+    length: Array,
+    weight: Array,
+    extension: sparse.csr_matrix,
+) -> sparse.csr_matrix:
+    """The linear peridynamic solid: shear springs along the bonds, and the dilatation of nodes."""
+    n, d, volume = len(cloud.nodes), cloud.dimension, cloud.volumes
+    i, j = pairs.T
+    family = np.zeros(n)
+    np.add.at(family, i, weight * length**2 * volume[j])
+    np.add.at(family, j, weight * length**2 * volume[i])
     dc = material.constants_dimension(d)
     share = dc * weight * length
     gather = sparse.csr_matrix(
         (
             np.concatenate([share * volume[j] / family[i], share * volume[i] / family[j]]),
-            (np.concatenate([i, j]), np.tile(b, 2)),
+            (np.concatenate([i, j]), np.tile(np.arange(len(pairs)), 2)),
         ),
         shape=(n, len(pairs)),
     )
@@ -87,7 +105,12 @@ def stiffness(cloud: Cloud, material: Material) -> sparse.csr_matrix:
     return sparse.csr_matrix(matrix)
 
 
-def highest_frequency(cloud: Cloud, material: Material) -> float:
+def shear_of(material: Solid, dimension: int) -> float:
+    """Shear modulus."""
+    return material.moduli(dimension)[1] if isinstance(material, BondMaterial) else material.shear
+
+
+def highest_frequency(cloud: Cloud, material: Solid) -> float:
     """Highest natural frequency of a grain, in radians per time."""
     root = 1.0 / np.sqrt(material.density * cloud.volumes.repeat(cloud.dimension))
     scale = sparse.diags(root)
@@ -123,13 +146,15 @@ class StableStep:
 
     @property
     def together(self) -> float:
-        """Largest stable step with the dashpots, whose velocities lag by half a step."""
-        omega = 2.0 / self.springs
-        damping = 0.5 * self.rate / omega
+        """Largest stable step with the dashpots, whose velocities lag by half a step.
+
+        The damping ratio is that of the bonds' fastest motion, as ``compute peridem/dt`` has it.
+        """
+        damping = 0.25 * self.rate * self.bonds
         return self.springs * (math.sqrt(1.0 + damping**2) - damping)
 
 
-def stable_step(clouds: list[Cloud], materials: list[Material], spring: float) -> StableStep:
+def stable_step(clouds: list[Cloud], materials: list[Solid], spring: float) -> StableStep:
     """The largest stable time step of grains with the given clouds and materials.
 
     The dashpots that make up ``restitution`` need no smaller step: LAMMPS bounds them itself.
@@ -142,7 +167,8 @@ def stable_step(clouds: list[Cloud], materials: list[Material], spring: float) -
     kinds = list(zip(clouds, materials, strict=True))
     omega = max(highest_frequency(c, m) for c, m in kinds)
     # the viscous part of a bond is its shear spring times viscosity over shear modulus
-    rate = omega**2 * max(m.viscosity / m.shear for m in materials)
+    d = clouds[0].dimension
+    rate = omega**2 * max(m.viscosity / shear_of(m, d) for m in materials)
     # rows of a contact stiffness: a node's own springs and their far ends, k/m each (Gershgorin)
     rows = 2.0 * CONTACTS_AT_ONCE[clouds[0].dimension]
     lightest = min(float(m.density * c.volumes.min()) for c, m in kinds)

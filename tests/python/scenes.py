@@ -27,6 +27,7 @@ def two_grains(**changes):
         "duration": 1e-4,
         "frames": 4,
         "records": 20,
+        "timestep": 2.5e-7,  # constant, so that steps tell the time
     }
     return scene.Scene(**(words | changes))
 

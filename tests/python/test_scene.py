@@ -64,14 +64,30 @@ def test_script_says_what_the_scene_says():
     assert fixes["lid"] == "all peridem/wall plane 0 0.0039 0 0 -1 0 velocity 0 -2 0"
     assert fixes["weight"] == "all gravity 10 vector 0 -1 0"
     assert "velocity" not in fixes["floor"]
-    (skin, _), (step,) = lines(text, "neighbor")[0], lines(text, "timestep")[0]
+    ((skin, _),) = lines(text, "neighbor")
     assert float(skin) < made.contact_radius
-    assert float(step) <= made.stable_step().together
-    # frames divide the run, which lasts at least as long as asked for
-    (total,), (every,) = lines(text, "run")[0], [lines(text, "dump")[0][3]]
-    assert int(total) % int(every) == 0
-    assert int(total) * float(step) >= made.duration
+
+
+def test_a_given_time_step_is_taken_and_divides_the_run():
+    made = scenes.two_grains()
+    text = made.script()
+    assert lines(text, "timestep") == [["2.5e-07"]]
+    assert not any("peridem/timestep" in words for words in lines(text, "fix"))
+    (total,), every = lines(text, "run")[0], lines(text, "dump")[0][3]
+    assert int(total) * 2.5e-7 == pytest.approx(made.duration)
     assert int(total) // int(every) == pytest.approx(made.frames, abs=1)
+
+
+def test_without_one_lammps_finds_it_and_the_time_ends_the_run():
+    made = scenes.two_grains(timestep=None)
+    text = made.script()
+    assert not lines(text, "timestep")
+    fixes = {words[0]: " ".join(words[1:]) for words in lines(text, "fix")}
+    assert fixes["step"] == "all peridem/timestep safety 0.8"
+    assert fixes["duration"].startswith("all halt 10 v_duration > 0")
+    assert ["duration", "equal", "time>=0.0001"] in lines(text, "variable")
+    ((most,),) = lines(text, "run")
+    assert int(most) * made._timestep()[0] > made.duration
 
 
 def test_script_is_readable():

@@ -1,0 +1,228 @@
+"""Regions of space, as LAMMPS's ``region`` command knows them.
+
+Each is written as commands (:meth:`Region.commands`) and can tell which points lie in it. Lengths
+are those of the simulation (``units box``). In 2D the z direction is left out.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+Array = NDArray[np.float64]
+Mask = NDArray[np.bool_]
+
+
+@dataclass(frozen=True)
+class Rotation:
+    """A rotation about a fixed axis, from time 0 on.
+
+    Attributes:
+        rate: radians per time; counter-clockwise seen against the axis.
+        point: on the axis, (2,) or (3,).
+        axis: direction, any length; (0, 0, 1) in 2D.
+    """
+
+    rate: float
+    point: tuple[float, ...]
+    axis: tuple[float, float, float] = (0.0, 0.0, 1.0)
+
+    def __post_init__(self) -> None:
+        if not np.isfinite((self.rate, *self.point, *self.axis)).all() or not any(self.axis):
+            raise ValueError(f"rotation: finite values and an axis other than 0 needed, not {self}")
+
+    @property
+    def words(self) -> str:
+        """Point and axis, as ``region ... rotate`` and ``fix move rotate`` take them."""
+        return f"{numbers(self.point)} {numbers(self.axis)}"
+
+
+class Region:
+    """A region; ``inside`` says on which of its sides it lies."""
+
+    inside: bool
+
+    def contains(self, points: ArrayLike) -> Mask:
+        """Which of the points, (n, d), lie in it; its surface counts."""
+        within = self._within(np.atleast_2d(np.asarray(points, dtype=float)))
+        return within if self.inside else ~within
+
+    def commands(self, name: str, rotate: str = "") -> list[str]:
+        """The ``region`` commands that define it.
+
+        Args:
+            name: its ID; parts get a number behind it.
+            rotate: further words for every simple region (``rotate v_angle ...``).
+        """
+        side = "" if self.inside else " side out"
+        return [f"region {name} {self._words()}{side} units box{rotate}"]
+
+    def _within(self, points: Array) -> Mask:
+        raise NotImplementedError
+
+    def _words(self) -> str:
+        raise NotImplementedError
+
+
+@dataclass(frozen=True)
+class Block(Region):
+    """A rectangle or cuboid between two corners.
+
+    Attributes:
+        low, high: corners, (2,) or (3,).
+        inside: whether the region is its inside.
+        open: numbers of faces that are no walls: 1 2 low and high x, 3 4 y, 5 6 z.
+    """
+
+    low: tuple[float, ...]
+    high: tuple[float, ...]
+    inside: bool = True
+    open: tuple[int, ...] = ()
+
+    def __post_init__(self) -> None:
+        if len(self.low) != len(self.high) or len(self.low) not in (2, 3):
+            raise ValueError(f"block: two corners of 2 or 3 numbers needed, not {self}")
+        if not all(a < b for a, b in zip(self.low, self.high, strict=True)):
+            raise ValueError(f"block: low must be below high, not {self.low} and {self.high}")
+
+    def _within(self, points: Array) -> Mask:
+        d = min(len(self.low), points.shape[1])
+        above = points[:, :d] >= np.asarray(self.low[:d])
+        return np.asarray((above & (points[:, :d] <= np.asarray(self.high[:d]))).all(axis=1))
+
+    def _words(self) -> str:
+        sides = [f"{a:.12g} {b:.12g}" for a, b in zip(self.low, self.high, strict=True)]
+        return "block " + "  ".join([*sides, "INF INF"][:3])
+
+    def commands(self, name: str, rotate: str = "") -> list[str]:
+        """As :meth:`Region.commands`, with the open faces."""
+        faces = "".join(f" open {face}" for face in self.open)
+        return [line + faces for line in super().commands(name, rotate)]
+
+
+@dataclass(frozen=True)
+class Cylinder(Region):
+    """A circle in 2D, a cylinder along an axis in 3D.
+
+    Attributes:
+        centre: of the circle: (x, y) for axis z, (y, z) for x, (x, z) for y.
+        radius: > 0.
+        axis: x, y or z.
+        low, high: ends along the axis; None: without end.
+        inside: whether the region is its inside.
+        open: faces that are no walls: 1 low end, 2 high end, 3 the round one.
+    """
+
+    centre: tuple[float, float]
+    radius: float
+    axis: str = "z"
+    low: float | None = None
+    high: float | None = None
+    inside: bool = True
+    open: tuple[int, ...] = ()
+
+    def __post_init__(self) -> None:
+        if self.axis not in ("x", "y", "z"):
+            raise ValueError(f"cylinder: axis must be x, y or z, not '{self.axis}'")
+        if not (math.isfinite(self.radius) and self.radius > 0.0):
+            raise ValueError(f"cylinder: radius must be above 0, not {self.radius}")
+
+    def _within(self, points: Array) -> Mask:
+        along = "xyz".index(self.axis)
+        across = [k for k in range(3) if k != along]
+        away = np.linalg.norm(points[:, across] - np.asarray(self.centre), axis=1)
+        mask = away <= self.radius
+        if points.shape[1] == 3:
+            low = -math.inf if self.low is None else self.low
+            high = math.inf if self.high is None else self.high
+            mask &= (points[:, along] >= low) & (points[:, along] <= high)
+        return np.asarray(mask)
+
+    def _words(self) -> str:
+        ends = [f"{v:.12g}" if v is not None else "INF" for v in (self.low, self.high)]
+        c1, c2 = self.centre
+        return f"cylinder {self.axis} {c1:.12g} {c2:.12g} {self.radius:.12g} {' '.join(ends)}"
+
+    def commands(self, name: str, rotate: str = "") -> list[str]:
+        """As :meth:`Region.commands`, with the open faces."""
+        faces = "".join(f" open {face}" for face in self.open)
+        return [line + faces for line in super().commands(name, rotate)]
+
+
+@dataclass(frozen=True)
+class Sphere(Region):
+    """A sphere.
+
+    Attributes:
+        centre: (3,).
+        radius: > 0.
+        inside: whether the region is its inside.
+    """
+
+    centre: tuple[float, float, float]
+    radius: float
+    inside: bool = True
+
+    def __post_init__(self) -> None:
+        if not (math.isfinite(self.radius) and self.radius > 0.0):
+            raise ValueError(f"sphere: radius must be above 0, not {self.radius}")
+
+    def _within(self, points: Array) -> Mask:
+        return np.asarray(np.linalg.norm(points - np.asarray(self.centre), axis=1) <= self.radius)
+
+    def _words(self) -> str:
+        return f"sphere {numbers(self.centre)} {self.radius:.12g}"
+
+
+@dataclass(frozen=True)
+class Combined(Region):
+    """Several regions: all of them (``intersect``), or any (``union``)."""
+
+    parts: tuple[Region, ...]
+    how: str = "intersect"
+    inside: bool = True
+
+    def __post_init__(self) -> None:
+        if self.how not in ("intersect", "union") or len(self.parts) < 2:
+            raise ValueError("combined region: intersect or union of two or more parts needed")
+
+    def _within(self, points: Array) -> Mask:
+        masks = [part.contains(points) for part in self.parts]
+        join = np.logical_and if self.how == "intersect" else np.logical_or
+        return np.asarray(join.reduce(masks))
+
+    def commands(self, name: str, rotate: str = "") -> list[str]:
+        """The parts, then what joins them."""
+        names = [f"{name}_{k}" for k in range(1, len(self.parts) + 1)]
+        lines = []
+        for part, own in zip(self.parts, names, strict=True):
+            lines += part.commands(own, rotate)
+        side = "" if self.inside else " side out"
+        return [*lines, f"region {name} {self.how} {len(names)} {' '.join(names)}{side}"]
+
+
+@dataclass(frozen=True)
+class OtherRegion(Region):
+    """Any other style of LAMMPS, in its own words (``cone z 0 0 1e-3 3e-3 0 5e-3``).
+
+    Which points lie in it is not known here: :meth:`contains` says all.
+    """
+
+    text: str
+    inside: bool = True
+
+    def contains(self, points: ArrayLike) -> Mask:
+        """Everything: the region is LAMMPS's."""
+        return np.ones(len(np.atleast_2d(points)), dtype=bool)
+
+    def _words(self) -> str:
+        return self.text
+
+
+def numbers(values: Sequence[float]) -> str:
+    """Three numbers with twelve digits; what a 2D vector lacks is 0."""
+    return " ".join(f"{v + 0.0:.12g}" for v in (*values, 0.0)[:3])
