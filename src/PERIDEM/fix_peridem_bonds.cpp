@@ -44,6 +44,9 @@ static constexpr double STEP_MARGIN = 1.02;
 // when bonds outgrow the ghost cutoff, it grows by this factor beyond them
 static constexpr double GROWTH = 1.25;
 
+// part of its length to which a bond may be compressed without a warning
+static constexpr double CRUSHED = 0.25;
+
 /* ---------------------------------------------------------------------- */
 
 FixPeridemBonds::FixPeridemBonds(LAMMPS *lmp, int narg, char **arg) :
@@ -124,6 +127,8 @@ int FixPeridemBonds::setmask()
 
 void FixPeridemBonds::init()
 {
+  said_compressed = false;
+
   // what happens before nodes migrate must happen before any other fix migrates them
 
   for (const auto *fix : modify->get_fix_list()) {
@@ -262,9 +267,8 @@ void FixPeridemBonds::setup_pre_exchange()
 void FixPeridemBonds::pre_exchange()
 {
   reconcile();
-
-  double mine = longest_bond();
-  MPI_Allreduce(&mine, &longest, 1, MPI_DOUBLE, MPI_MAX, world);
+  if (!domain->triclinic) check_box();
+  measure_bonds();
   const double have = MAX(comm->cutghostuser, neighbor->cutneighmax);
   if (longest * STEP_MARGIN > have) {
     require_ghost_cutoff(longest * GROWTH, false);
@@ -275,17 +279,84 @@ void FixPeridemBonds::pre_exchange()
 
 /* ---------------------------------------------------------------------- */
 
-double FixPeridemBonds::longest_bond() const
+void FixPeridemBonds::measure_bonds()
 {
   double **x = atom->x;
-  double rsqmax = 0.0;
+  double rsqmax = 0.0, least = 1.0;    // least: squared length over that in the reference
+  int least_i = -1, least_j = -1;
   for (int i = 0; i < atom->nlocal; i++)
     for (bigint k = start[i]; k < start[i] + num[i]; k++) {
       const double *xj = x[partner[k]];
       const double dx = xj[0] - x[i][0], dy = xj[1] - x[i][1], dz = xj[2] - x[i][2];
-      rsqmax = MAX(rsqmax, dx * dx + dy * dy + dz * dz);
+      const double rsq = dx * dx + dy * dy + dz * dz;
+      rsqmax = MAX(rsqmax, rsq);
+      if (rsq < least * length[k] * length[k]) {
+        least = rsq / (length[k] * length[k]);
+        least_i = i;
+        least_j = partner[k];
+      }
     }
-  return std::sqrt(rsqmax);
+  const double mine[2] = {std::sqrt(rsqmax), -std::sqrt(least)};
+  double all[2];
+  MPI_Allreduce(mine, all, 2, MPI_DOUBLE, MPI_MAX, world);
+  longest = all[0];
+  if (-all[1] < CRUSHED && !said_compressed)
+    say_compressed(-all[1], mine[1] == all[1] ? least_i : -1, least_j);
+}
+
+/* ----------------------------------------------------------------------
+   once per run; i < 0 on ranks that do not own the shortest bond
+------------------------------------------------------------------------- */
+
+void FixPeridemBonds::say_compressed(double shortest, int i, int j)
+{
+  said_compressed = true;
+  const tagint *const tag = atom->tag;
+  tagint who[3] = {0, 0, 0}, all[3];
+  if (i >= 0) {
+    who[0] = MIN(tag[i], tag[j]);
+    who[1] = MAX(tag[i], tag[j]);
+    who[2] = atom->molecule[i];
+  }
+  MPI_Allreduce(who, all, 3, MPI_LMP_TAGINT, MPI_MAX, world);
+  if (comm->me == 0)
+    error->warning(
+        FLERR,
+        "Bonds are compressed to {:.3g} of their length (nodes {} and {} of grain {}): "
+        "bonded nodes do not touch, so they may pass through each other; use break both, "
+        "a stiffer solid or a smaller load",
+        shortest, all[0], all[1], all[2]);
+}
+
+/* ----------------------------------------------------------------------
+   nodes beyond a fixed face are about to be lost, and bonds to them would be missed first
+------------------------------------------------------------------------- */
+
+void FixPeridemBonds::check_box() const
+{
+  constexpr int FIXED = 1;
+  bigint out = 0, out_all;
+  tagint first = MAXTAGINT, first_all;
+  for (int i = 0; i < atom->nlocal; i++) {
+    if (num[i] <= 0) continue;
+    bool left = false;
+    for (int k = 0; k < domain->dimension; k++) {
+      const double x = atom->x[i][k];
+      left = left || (domain->boundary[k][0] == FIXED && x < domain->boxlo[k]) ||
+          (domain->boundary[k][1] == FIXED && x > domain->boxhi[k]);
+    }
+    if (!left) continue;
+    out++;
+    first = MIN(first, atom->tag[i]);
+  }
+  MPI_Allreduce(&out, &out_all, 1, MPI_LMP_BIGINT, MPI_SUM, world);
+  if (out_all == 0) return;
+  MPI_Allreduce(&first, &first_all, 1, MPI_LMP_TAGINT, MPI_MIN, world);
+  error->all(
+      FLERR, Error::NOLASTLINE,
+      "{} bonded nodes have left the box through a fixed boundary (the first is atom-ID {}): "
+      "make the box larger, or use boundary s or m",
+      out_all, first_all);
 }
 
 /* ----------------------------------------------------------------------

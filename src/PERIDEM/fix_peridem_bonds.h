@@ -112,6 +112,7 @@ class FixPeridemBonds : public Fix {
   std::vector<double> cellsize;                   // per node: V^(1/d)
   int max_family{0};                              // longest reference row of all ranks
   double longest{0.0};                            // longest bond at the last reneighbouring
+  bool said_compressed{false};                    // in this run
   double cutghost_set{0.0};                       // ghost cutoff that this fix has asked for
   bigint natoms_seen{-1}, natoms_mapped{0};
   bool weights_stale{true};
@@ -129,7 +130,9 @@ class FixPeridemBonds : public Fix {
   std::vector<tagint> gather(const std::vector<tagint> &) const;
   void erase_bond(int i, bigint k);
   void drop_deleted();
-  double longest_bond() const;
+  void measure_bonds();
+  void say_compressed(double shortest, int i, int j);
+  void check_box() const;
   void remove_row_entry(int i, tagint jtag);
   void build_if_new_nodes();
   void build_families();

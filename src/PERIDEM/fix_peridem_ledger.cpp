@@ -74,7 +74,7 @@ Fix *FixPeridemLedger::make(LAMMPS *lmp)
 
 int FixPeridemLedger::setmask()
 {
-  return POST_FORCE | END_OF_STEP;
+  return INITIAL_INTEGRATE | POST_FORCE | END_OF_STEP;
 }
 
 /* ---------------------------------------------------------------------- */
@@ -121,6 +121,17 @@ void FixPeridemLedger::setup(int)
   kinetic_prescribed_at_start = kinetic(prescribed_bits);
   broken_at_start = broken();
   walls_at_start = wall_work();
+  opening = true;
+}
+
+/* ----------------------------------------------------------------------
+   this fix is the first that is set up: walls know their nodes after it only
+------------------------------------------------------------------------- */
+
+void FixPeridemLedger::open()
+{
+  if (!opening) return;
+  opening = false;
   double totals[NITEMS];
   balance(totals);
   stored_at_start = totals[STRAIN] + totals[CONTACT] + totals[KINETIC];
@@ -254,6 +265,7 @@ void FixPeridemLedger::resume()
 
 void FixPeridemLedger::balance(double *totals)
 {
+  open();
   double mine[NITEMS] = {};
   for (auto *solid : solids)
     for (int i = 0; i < atom->nlocal; i++)

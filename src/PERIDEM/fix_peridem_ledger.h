@@ -37,6 +37,7 @@ class FixPeridemLedger : public Fix {
   int setmask() override;
   void init() override;
   void setup(int) override;
+  void initial_integrate(int) override { open(); }
   void post_force(int) override;
   void end_of_step() override;
   void write_restart(FILE *) override;
@@ -79,6 +80,10 @@ class FixPeridemLedger : public Fix {
   Saved saved{};
   bool resumed{false};
 
+  // energy at the start is taken when all other fixes have been set up
+  bool opening{false};
+
+  void open();
   void resume();
   double wall_work() const;
   void find_styles();

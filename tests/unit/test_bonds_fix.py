@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
-from support.clouds import deformed, ragged
+from support.clouds import cloud, deformed, lattice, ragged
 from support.oracle import Solid, bond_state, break_bonds, families
 from support.runs import header, lps_words, read_dump, solid_script
 
@@ -109,3 +110,31 @@ write_dump all custom block.last id x y z fx fy fz c_node modify format float %.
     # 120 steps of 0.5: it flew as it was; forces of rounding only
     np.testing.assert_allclose(last["x"], one.x[:, 0] + 60.0, rtol=0, atol=1e-9)
     np.testing.assert_allclose(last["y"], one.x[:, 1], rtol=0, atol=1e-9)
+
+
+# --- what would go wrong a few steps later ---------------------------------------------------------
+
+
+def test_bonded_nodes_that_leave_a_fixed_box_are_named(simulation):
+    one = cloud(lattice((4, 4)), dimension=2, margin=1.0)
+    one.v[:, 0] = 1.0
+    sim = simulation().load(one, dimension=2)
+    sim.commands(f"pair_style peridem/lps\npair_coeff * * {lps_words(SOLID)}\nfix m all nve")
+    message = (
+        "4 bonded nodes have left the box through a fixed boundary (the first is atom-ID 13): make "
+        "the box larger"
+    )
+    with pytest.raises(Exception, match=re.escape(message)):
+        sim.commands("timestep 0.05\nneigh_modify every 1 delay 0 check yes\nrun 100")
+
+
+@pytest.mark.parametrize("part", [0.2, 0.3])
+def test_crushed_bonds_are_said_once(part, simulation):
+    one = cloud(lattice((4, 4)), dimension=2, margin=9.0)
+    sim = simulation().load(one.moved(one.x * (part, 1, 1)), dimension=2)
+    sim.commands(
+        f"pair_style peridem/lps\npair_coeff * * {lps_words(SOLID)}\nfix m all move linear 0 0 0\n"
+        "timestep 1e-3\nneigh_modify every 1 delay 0 check no\nrun 5"
+    )
+    said = sim.printed().count("Bonds are compressed to 0.2 of their length (nodes ")
+    assert said == (part < 0.25)

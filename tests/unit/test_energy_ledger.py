@@ -315,6 +315,30 @@ def test_books_open_at_the_first_run_and_go_on_through_the_next(simulation):
     assert books(sim)["damping"] == lost
 
 
+def test_a_grain_that_presses_on_walls_at_the_start(simulation):
+    """Walls are set up after the books: their energy belongs to the start all the same."""
+    one = cloud(lattice((6, 6)), dimension=2)
+    walls = "".join(
+        f"fix w{k} all peridem/wall plane 0 {y} 0 0 {n} 0 radius 0.95\n"
+        for k, (y, n) in enumerate(((-3.35, 1), (3.35, -1)))
+    )
+    steps = (0.004, 0.002)
+    drifts = []
+    for dt in steps:
+        sim = opened(simulation, one, dt, walls + NVE)
+        start = books(sim)
+        assert start["contact"] > 0.1
+        assert start["drift"] == 0.0
+        drifts.append(drift(entries(sim, time=1.0)))
+        assert drifts[-1] < 1e-2 * start["contact"]
+    assert drifts[0] > 3 * drifts[1]  # second order would be 4
+    # nobody looks at the books before the first step
+    sim = simulation().load(one, dimension=2)
+    sim.commands(f"{styles()}{walls}{NVE}\ncompute books all peridem/energy\ntimestep 0.001")
+    sim.commands("run 10 post no\nthermo_style custom step c_books[*]\nrun 0 post no")
+    assert abs(books(sim)["drift"]) < 1e-3 * start["contact"]
+
+
 RESTART = """
 clear
 units lj
