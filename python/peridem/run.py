@@ -1,19 +1,23 @@
 """Running an input script: under ``mpirun``, or in this process.
 
-Both show how far the run is and how long it will take, stop cleanly on Ctrl-C or SIGTERM (the
-script made by :mod:`peridem.scene` then writes its restart file), and report a failure with
-LAMMPS's own message and the line of the script.
+Both show how far the run is and how long it will take, stop cleanly on Ctrl-C or SIGTERM (a restart
+file is written, from which :func:`run` with ``resume`` goes on), and report a failure with LAMMPS's
+own message and the line of the script. Beside the script ``in.NAME`` lie afterwards
+
+- ``log.lammps``: LAMMPS's log;
+- ``NAME.journal``: how far it came, and whether it was finished (:mod:`peridem.run_journal`);
+- ``NAME.restart``: where it was stopped.
+
+:mod:`peridem.run_script` says what LAMMPS reads in place of the script.
 """
 
 from __future__ import annotations
 
 import math
 import os
-import re
 import shutil
 import signal
 import subprocess
-import sys
 import threading
 import time
 from collections.abc import Callable, Iterator, Sequence
@@ -22,12 +26,25 @@ from dataclasses import dataclass
 from pathlib import Path
 from types import FrameType
 
-from rich.console import Console
-from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
+from peridem import run_journal
+from peridem.results_dump import frame_index
+from peridem.run_failure import failure
+from peridem.run_progress import Follower, bar
+from peridem.run_restart import join_dump, trim_dump, trim_table
+from peridem.run_script import (
+    LOG,
+    STOP,
+    Prepared,
+    Resume,
+    drift_columns,
+    output_files,
+    part_name,
+    prepare,
+    total_steps,
+)
 
-from peridem.scene import STOP
+__all__ = ["LOG", "RunError", "RunReport", "find_lmp", "find_script", "run", "run_in_process"]
 
-LOG = "log.lammps"
 GRACE = 60.0  # seconds between the request to stop and the end by force
 
 
@@ -43,11 +60,15 @@ class RunReport:
         steps: the last step reached.
         wall_time: seconds it took.
         stopped: whether it was ended early on request.
+        signal: the number of the signal that asked for it, 0 if none did.
+        restart: where a stopped run can go on.
     """
 
     steps: int
     wall_time: float
     stopped: bool
+    signal: int = 0
+    restart: Path | None = None
 
 
 def find_lmp(lmp: str | Path | None = None) -> Path:
@@ -98,6 +119,8 @@ def run(
     lmp: str | Path | None = None,
     variables: dict[str, str] | None = None,
     quiet: bool = False,
+    resume: bool = False,
+    checkpoint: int | None = None,
 ) -> RunReport:
     """Run a script in its own folder with ``mpirun -np ranks lmp``.
 
@@ -107,35 +130,28 @@ def run(
         lmp: the program (see :func:`find_lmp`).
         variables: for ``-var``.
         quiet: no progress bar.
+        resume: go on from the newest restart file.
+        checkpoint: cut every ``run`` in pieces of so many steps, with a restart file after each. A
+            run that goes on from one of these equals the one that was never cut off, bit for bit on
+            the same number of ranks.
 
     Raises:
         RunError: LAMMPS failed, or is not there.
+        FileNotFoundError, ValueError: there is no script, or nothing to go on from.
     """
-    script = find_script(script).resolve()
     if ranks < 1:
         raise ValueError(f"ranks must be at least 1, not {ranks}")
-    command = [str(find_lmp(lmp)), "-in", script.name, "-log", LOG, "-screen", "none"]
+    job = _Job.make(find_script(script).resolve(), resume, checkpoint)
+    command = [str(find_lmp(lmp)), "-in", job.copy.name, *_log_words(resume), "-screen", "none"]
     for name, value in (variables or {}).items():
         command += ["-var", name, value]
-    environment = dict(os.environ)
-    environment.setdefault("OMP_NUM_THREADS", "1")
-    if ranks > 1:
-        mpirun = shutil.which("mpirun")
-        if mpirun is None:
-            raise RunError("no mpirun on the search path: install Open MPI, or run on one rank")
-        command = [mpirun, "-np", str(ranks), *command]
-        if hasattr(os, "geteuid") and os.geteuid() == 0:  # as in a container
-            environment.setdefault("OMPI_ALLOW_RUN_AS_ROOT", "1")
-            environment.setdefault("OMPI_ALLOW_RUN_AS_ROOT_CONFIRM", "1")
-        if ranks > (os.cpu_count() or 1):
-            environment.setdefault("OMPI_MCA_rmaps_base_oversubscribe", "1")
+    command, environment = _with_mpi(command, ranks)
+    job.write()
     # its own process group: Ctrl-C at the terminal reaches only this process, which passes it on
-    folder = script.parent
-    _clear(folder)
-    with (folder / "screen.txt").open("w") as screen:
+    with (job.folder / "screen.txt").open("w") as screen:
         process = subprocess.Popen(
             command,
-            cwd=folder,
+            cwd=job.folder,
             env=environment,
             stdin=subprocess.DEVNULL,
             stdout=screen,
@@ -143,24 +159,23 @@ def run(
             start_new_session=True,
         )
         try:
-            with _stop_requests() as requested:
-                report = _watch(
-                    lambda: process.poll() is not None, folder, requested, script, quiet, GRACE
-                )
+            with _stop_requests() as requests:
+                report = _watch(job, lambda: process.poll() is not None, requests, quiet, GRACE)
         except BaseException:
             _end(process)
+            job.close("failed")
             raise
-    if process.returncode != 0:
-        output = (folder / "screen.txt").read_text(errors="replace")
-        log = folder / LOG
-        written = log.read_text(errors="replace") if log.is_file() else ""
-        raise RunError(failure(written + output, script))
-    (folder / "screen.txt").unlink()
-    return report
+    output = (job.folder / "screen.txt").read_text(errors="replace")
+    (job.folder / "screen.txt").unlink()
+    return job.result(report, process.returncode != 0, output)
 
 
 def run_in_process(
-    script: str | Path, cmdargs: Sequence[str] = (), quiet: bool = False
+    script: str | Path,
+    cmdargs: Sequence[str] = (),
+    quiet: bool = False,
+    resume: bool = False,
+    checkpoint: int | None = None,
 ) -> RunReport:
     """Run a script with the ``lammps`` module: in this process, or all ranks under ``mpirun``.
 
@@ -170,178 +185,250 @@ def run_in_process(
 
     Raises:
         RunError: no ``lammps`` module, or LAMMPS failed.
+        FileNotFoundError, ValueError: there is no script, or nothing to go on from.
     """
     try:
         from lammps import lammps
         from mpi4py import MPI
     except (ImportError, OSError) as error:
         raise RunError(f"the lammps module cannot be loaded: {error}") from error
-    script = find_script(script).resolve()
-    first = MPI.COMM_WORLD.Get_rank() == 0
+    world = MPI.COMM_WORLD
+    first = world.Get_rank() == 0
+    made: _Job | Exception | None = None
     if first:
-        _clear(script.parent)
-    MPI.COMM_WORLD.Barrier()
-    before = Path.cwd()
-    os.chdir(script.parent)
+        try:
+            made = _Job.make(find_script(script).resolve(), resume, checkpoint)
+            made.write()
+        except (OSError, ValueError) as error:
+            made = error
+    made = world.bcast(made)  # all ranks fail together
+    if not isinstance(made, _Job):
+        assert made is not None
+        raise made
+    job = made
     failed: list[Exception] = []
 
     def work() -> None:
         try:
-            engine = lammps(cmdargs=["-log", LOG, "-screen", "none", *cmdargs])
+            words = ["-screen", "none", *_log_words(resume), *cmdargs]
+            engine = lammps(cmdargs=words)
             try:
-                engine.file(script.name)
+                engine.file(job.copy.name)
             finally:
                 engine.close()
         except Exception as error:
             failed.append(error)
 
+    before = Path.cwd()
+    os.chdir(job.folder)
     try:
         thread = threading.Thread(target=work, name="lammps")
         thread.start()
-        with _stop_requests() as requested:
-            report = _watch(
-                lambda: not thread.is_alive(), script.parent, requested, script, quiet or not first
-            )
+        with _stop_requests() as requests:
+            over = _watch(job, lambda: not thread.is_alive(), requests, quiet or not first)
         thread.join()
     finally:
         os.chdir(before)
-    if failed:
-        raise RunError(failure(f"{failed[0]}", script)) from failed[0]
-    return report
+    if not first:
+        return over
+    return job.result(over, bool(failed), f"{failed[0]}" if failed else "")
 
 
-def failure(output: str, script: Path) -> str:
-    """LAMMPS's error message from its output, with the line of the script where it happened."""
-    error = re.search(r"^ERROR( on proc \d+)?: ", output, re.MULTILINE)
-    start = error.start() if error else 0
-    lines = output[start:].splitlines()
-    if error is None:  # it crashed, or was killed
-        crash = re.search(r"exited on (signal \d+ \(.*?\))", output)
-        lines = [f"ended by {crash[1]}, after" if crash else "ended without a message, after"]
-        lines += output.split("\n---")[0].splitlines()[-5:]
-    shown: list[str] = []
-    for line in lines:
-        if line.startswith(("---", "MPI_ABORT", "Primary job")):
-            break
-        shown.append(line.rstrip())
-    where = re.search(r"Last (?:input line|command): *(.*)", output[start:])
-    if where and (number := _line_number(script, where[1])):
-        shown.append(f"at line {number} of {script}")
-    else:
-        shown.append(f"in {script}")
-    text = "\n".join(line for line in shown[:20] if line)
-    if "nknown atom style 'peridem'" in text or "nrecognized atom style 'peridem'" in text:
-        text += "\nthis lmp was built without the PERIDEM package"
-    return f"LAMMPS failed: {text}"
+# ---- one run -------------------------------------------------------------------------------------
 
 
-def _line_number(script: Path, command: str) -> int | None:
-    wanted = command.split("#")[0].split()
-    for number, line in enumerate(script.read_text().splitlines(), 1):
-        if wanted and line.split("#")[0].split() == wanted:
-            return number
-    return None
+@dataclass(frozen=True)
+class _Job:
+    """A script on its way through LAMMPS."""
+
+    script: Path
+    prepared: Prepared
+    total: int | None
+    resume: Resume | None
+
+    @classmethod
+    def make(cls, script: Path, resume: bool, checkpoint: int | None) -> _Job:
+        """Check and prepare; nothing is written yet."""
+        if checkpoint is not None and checkpoint < 1:
+            raise ValueError(f"steps between checkpoints must be at least 1, not {checkpoint}")
+        text = script.read_text()
+        point = run_journal.resume_point(script) if resume else None
+        total = total_steps(text, script.parent)
+        prepared = prepare(
+            text,
+            run_journal.stem(script),
+            folder=script.parent,
+            report=max(1, min(1000, (total or 20000) // 200)),
+            checkpoint=checkpoint,
+            resume=point,
+        )
+        return cls(script, prepared, total, point)
+
+    @property
+    def folder(self) -> Path:
+        """Where it runs."""
+        return self.script.parent
+
+    @property
+    def copy(self) -> Path:
+        """The script that LAMMPS reads."""
+        return self.folder / f".{self.script.name}.running"
+
+    @property
+    def reports(self) -> Path:
+        """Where LAMMPS reports how far it is."""
+        return self.folder / f"{run_journal.stem(self.script)}.progress"
+
+    @property
+    def restart(self) -> Path:
+        """What a stop leaves."""
+        return self.folder / f"{run_journal.stem(self.script)}.restart"
+
+    def write(self) -> None:
+        """Put everything in place for LAMMPS to start."""
+        (self.folder / STOP).unlink(missing_ok=True)
+        self.reports.unlink(missing_ok=True)
+        outputs = output_files(self.script.read_text(), self.folder)
+        if self.resume is None:
+            (self.folder / LOG).unlink(missing_ok=True)
+            for path in outputs.dumps:
+                Path(part_name(str(path))).unlink(missing_ok=True)
+        else:
+            self._join_parts()
+            for path in outputs.dumps:
+                if path.is_file():
+                    trim_dump(path, self.resume.step)
+            for path in outputs.tables:
+                if path.is_file():
+                    trim_table(path, self.resume.step - (path in outputs.repeated))
+        run_journal.begin(self.script, self.resume is not None)
+        self.copy.write_text(self.prepared.text)
+
+    def _join_parts(self) -> None:
+        for path in output_files(self.script.read_text(), self.folder).dumps:
+            more = Path(part_name(str(path)))
+            if path.is_file() and more.is_file():
+                step = min((entry.step for entry in frame_index(more)), default=None)
+                if step is not None:
+                    trim_dump(path, step)
+                join_dump(path, more)
+            elif more.is_file():
+                more.replace(path)
+
+    def close(self, state: str) -> None:
+        """Tidy up, and note how it ended."""
+        self.copy.unlink(missing_ok=True)
+        self.reports.unlink(missing_ok=True)
+        (self.folder / STOP).unlink(missing_ok=True)
+        self._join_parts()
+        run_journal.note(self.script, state)
+
+    def result(self, report: RunReport, failed: bool, output: str) -> RunReport:
+        """The report of a run that is over.
+
+        Raises:
+            RunError: LAMMPS failed.
+        """
+        if failed:
+            self.close("failed")
+            log = self.folder / LOG
+            written = log.read_text(errors="replace") if log.is_file() else ""
+            message = failure(
+                output if output.startswith("ERROR") else written + output,
+                self.script,
+                self.prepared.text,
+                self.prepared.origin,
+            )
+            raise RunError(message)
+        # asked to stop, it may have come to its end meanwhile
+        ended = report.stopped and self._complete()
+        self.close("finished" if not report.stopped or ended else "stopped")
+        left = self.restart if report.stopped and not ended and self.restart.is_file() else None
+        return RunReport(
+            report.steps, report.wall_time, report.stopped and not ended, report.signal, left
+        )
+
+    def _complete(self) -> bool:
+        return run_journal.read(self.script).state == "complete"
 
 
-def total_steps(script: str | Path) -> int:
-    """Steps of all ``run`` commands with plain numbers in a script."""
-    counts = re.findall(r"^\s*run\s+(\d+)\b", Path(script).read_text(), re.MULTILINE)
-    return sum(int(count) for count in counts)
+def _log_words(resume: bool) -> list[str]:
+    return ["-log", "none" if resume else LOG]
 
 
-# ---- progress and stopping -----------------------------------------------------------------------
+def _with_mpi(command: list[str], ranks: int) -> tuple[list[str], dict[str, str]]:
+    """The command under mpirun, and the environment it needs."""
+    environment = dict(os.environ)
+    environment.setdefault("OMP_NUM_THREADS", "1")
+    if ranks == 1:
+        return command, environment
+    mpirun = shutil.which("mpirun")
+    if mpirun is None:
+        raise RunError("no mpirun on the search path: install Open MPI, or run on one rank")
+    if hasattr(os, "geteuid") and os.geteuid() == 0:  # as in a container
+        environment.setdefault("OMPI_ALLOW_RUN_AS_ROOT", "1")
+        environment.setdefault("OMPI_ALLOW_RUN_AS_ROOT_CONFIRM", "1")
+    if ranks > (os.cpu_count() or 1):
+        environment.setdefault("OMPI_MCA_rmaps_base_oversubscribe", "1")
+        environment.setdefault("PRTE_MCA_rmaps_default_mapping_policy", ":oversubscribe")
+    return [mpirun, "-np", str(ranks), *command], environment
 
 
-def _clear(folder: Path) -> None:
-    for name in (STOP, LOG):
-        (folder / name).unlink(missing_ok=True)
+# ---- watching and stopping -----------------------------------------------------------------------
 
 
 @contextmanager
-def _stop_requests() -> Iterator[Callable[[], bool]]:
-    """Turns SIGINT and SIGTERM into an answer to 'was a stop requested?'."""
+def _stop_requests() -> Iterator[list[int]]:
+    """Collects SIGINT and SIGTERM in place of what they do."""
     requests: list[int] = []
 
     def note(number: int, _frame: FrameType | None) -> None:
         requests.append(number)
 
     if threading.current_thread() is not threading.main_thread():
-        yield lambda: False
+        yield requests
         return
     kinds = (signal.SIGINT, signal.SIGTERM)
     before = [signal.signal(kind, note) for kind in kinds]
     try:
-        yield lambda: bool(requests)
+        yield requests
     finally:
         for kind, handler in zip(kinds, before, strict=True):
             signal.signal(kind, handler)
 
 
 def _watch(
+    job: _Job,
     finished: Callable[[], bool],
-    folder: Path,
-    requested: Callable[[], bool],
-    script: Path,
+    requests: list[int],
     quiet: bool,
     grace: float = math.inf,
 ) -> RunReport:
-    """Follow the log until the run is over; pass a request to stop on through the stop file."""
-    log, total = _LogFollower(folder / LOG), total_steps(script)
+    """Follow the run until it is over; pass a request to stop on through the stop file.
+
+    A second request, or one that is not heeded within the time of grace, ends it by force.
+    """
+    text = job.script.read_text()
+    follower = Follower(job.folder / LOG, job.reports, drift_columns(text))
     begin = time.monotonic()
     asked_at: float | None = None
-    columns = (
-        TextColumn("{task.description}"),
-        BarColumn(),
-        TextColumn("step {task.completed:,.0f} of {task.total:,.0f}"),
-        TimeElapsedColumn(),
-        TextColumn("left"),
-        TimeRemainingColumn(),
-    )
-    console = Console(file=sys.stderr)
-    with Progress(*columns, console=console, disable=quiet, refresh_per_second=4) as progress:
-        task = progress.add_task("running", total=max(total, 1))
+    start = job.resume.step if job.resume else 0
+    follower.state.step = start
+    with bar(job.total, quiet, start) as shown:
         while not finished():
-            progress.update(task, completed=log.step())
-            if requested() and asked_at is None:
+            if requests and asked_at is None:
                 asked_at = time.monotonic()
-                (folder / STOP).touch()
-                progress.update(task, description="stopping")
+                (job.folder / STOP).touch()
+            shown.show(follower.update(), "running" if asked_at is None else "stopping")
+            if grace < math.inf and len(requests) > 1:
+                raise RunError("LAMMPS was ended at once, as asked a second time")
             if asked_at is not None and time.monotonic() - asked_at > grace:
                 raise RunError(f"LAMMPS did not stop within {grace:g} s and was ended")
             time.sleep(0.1)
-        progress.update(task, completed=log.step())
-    stopped = asked_at is not None or (folder / STOP).exists()  # or by hand
-    (folder / STOP).unlink(missing_ok=True)
-    return RunReport(log.step(), time.monotonic() - begin, stopped)
-
-
-class _LogFollower:
-    """Reads the step from the thermo lines of a log file as it grows."""
-
-    def __init__(self, path: Path) -> None:
-        self._path = path
-        self._offset = 0
-        self._rest = ""
-        self._step = 0
-        self._inside = False
-
-    def step(self) -> int:
-        if not self._path.is_file():
-            return self._step
-        with self._path.open(errors="replace") as file:
-            file.seek(self._offset)
-            text = self._rest + file.read()
-            self._offset = file.tell()
-        *lines, self._rest = text.split("\n")
-        for line in lines:
-            words = line.split()
-            if words[:1] == ["Step"]:
-                self._inside = True
-            elif line.startswith("Loop time"):
-                self._inside = False
-            elif self._inside and words and words[0].isdigit():
-                self._step = max(self._step, int(words[0]))
-        return self._step
+        shown.show(follower.update())
+    stopped = asked_at is not None or (job.folder / STOP).exists()  # or by hand
+    wall_time = time.monotonic() - begin
+    return RunReport(follower.state.step, wall_time, stopped, (requests or [0])[0])
 
 
 def _end(process: subprocess.Popen[bytes]) -> None:

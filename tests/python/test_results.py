@@ -1,6 +1,7 @@
 """Reading dumps, thermo output and averages."""
 
 import gzip
+import subprocess
 
 import numpy as np
 import pytest
@@ -78,6 +79,67 @@ Loop time of 1 on 1 procs for 10 steps with 5 atoms
 """
 
 
+def test_binary_and_compressed_binary_dumps_read_as_text_does(tmp_path, lmp):
+    """One frame through all three writers of LAMMPS, with a direction that repeats and the time."""
+    columns = "id mol type x y vx c_q"
+    dumps = {name: tmp_path / name for name in ("a.dump", "a.bin", "a.dump.gz")}
+    lines = [
+        f"dump d{k} all custom 5 {name} {columns}\ndump_modify d{k} time yes units yes"
+        for k, name in enumerate(dumps)
+    ]
+    lines += [f"dump_modify d{k} format float %.17g" for k in (0, 2)]
+    (tmp_path / "in.x").write_text(SMALL + "\n".join(lines) + "\nrun 10\n")
+    subprocess.run([lmp, "-in", "in.x", "-screen", "none"], cwd=tmp_path, check=True, timeout=60)
+    text, *others = (results.Dump(path) for path in dumps.values())
+    assert text.steps.tolist() == [0, 5, 10]
+    for other in others:
+        assert other.steps.tolist() == text.steps.tolist()
+        for one, two in zip(text, other, strict=True):
+            assert two.periodic == one.periodic == (True, False, True)
+            assert two.time == pytest.approx(one.time) == 0.002 * one.step
+            assert two.box == pytest.approx(one.box)
+            assert list(two.columns) == list(one.columns)
+            for name in one.columns:
+                assert (two[name] == one[name]).all(), name
+    (tmp_path / "a.bin").write_bytes((tmp_path / "a.bin").read_bytes()[:-8])
+    assert results.Dump(tmp_path / "a.bin").steps.tolist() == [0, 5]
+    (tmp_path / "a.dump.gz").write_bytes((tmp_path / "a.dump.gz").read_bytes()[:-60])
+    assert results.Dump(tmp_path / "a.dump.gz").steps.tolist() in ([0, 5], [0])
+    (tmp_path / "no.bin").write_bytes(bytes(200))
+    with pytest.raises(ValueError, match="not a binary dump"):
+        results.Dump(tmp_path / "no.bin")
+
+
+def test_a_file_for_each_time(tmp_path):
+    for step in (0, 50, 100):
+        scenes.write_dump(tmp_path / f"a.{step}.dump", [(step, ROWS)], COLUMNS)
+    dump = results.Dump(tmp_path / "a.*.dump")
+    assert dump.steps.tolist() == [0, 50, 100]
+    assert dump[2]["x"].tolist() == [0.1, 0.5, 0.9]
+
+
+SMALL = """\
+units lj
+dimension 2
+boundary p f p
+atom_style peridem
+lattice sq 1.0
+region box block 0 6 0 6 -0.5 0.5
+create_box 1 box
+create_atoms 1 box
+set group all mol 1
+set group all volume 1.0
+set group all density 1.0
+neighbor 0.3 bin
+pair_style peridem/lps
+pair_coeff * * bulk 10 shear 6 unbreakable horizon 2.3
+velocity all create 0.1 5 dist uniform
+compute q all property/atom fx
+fix motion all nve
+timestep 0.002
+"""
+
+
 def test_thermo_joins_the_runs_of_a_log(tmp_path):
     (tmp_path / "log").write_text(LOG)
     table = results.thermo(tmp_path / "log")
@@ -87,9 +149,39 @@ def test_thermo_joins_the_runs_of_a_log(tmp_path):
     (tmp_path / "empty").write_text("LAMMPS\n")
     with pytest.raises(ValueError, match="no thermo output"):
         results.thermo(tmp_path / "empty")
-    (tmp_path / "two").write_text(LOG + LOG.replace("PotEng", "KinEng"))
-    with pytest.raises(ValueError, match="different thermo columns"):
-        results.thermo(tmp_path / "two")
+    other = "   Step          KinEng\n        40   2.5\nLoop time of 1\n"
+    (tmp_path / "two").write_text(LOG + other)
+    table = results.thermo(tmp_path / "two")
+    assert table["Step"].tolist() == [0, 10, 20, 30, 40]
+    assert np.isnan(table["KinEng"]).tolist() == [True, True, True, True, False]
+
+
+def test_of_a_resumed_run_the_later_lines_count(tmp_path):
+    lines = "0 0 4\n10 1 3\n20 2 2\n"
+    end = "Loop time of 1\n"
+    again = f"Step Time E\n{lines}Step Time E\n10 1 5\n20 2 6\n{end}Step Time E\n20 2 7\n30 3 8.5"
+    (tmp_path / "log").write_text(again)
+    # the last line has no end: it may be 8.57
+    assert results.thermo(tmp_path / "log")["E"].tolist() == [4, 5, 7]
+    head = "# Time-averaged data for fix a\n# TimeStep f_a\n"
+    (tmp_path / "a").write_text(f"{head}10 1\n20 2\n30 3\n{head}20 5\n30 6\n40 7")
+    assert results.averages(tmp_path / "a")["f_a"].tolist() == [1, 5, 6]
+
+
+def test_vectors_and_chunks(tmp_path):
+    head = "# Chunk-averaged data for fix a\n# Timestep Number-of-chunks Total-count\n"
+    head += "# Chunk Coord1 vx\n"
+    (tmp_path / "c").write_text(head + "10 2 5\n1 0.1 3\n2 0.2 4\n20 2 5\n1 0.1 6\n2 0.2 7\n30 2")
+    chunks = results.vectors(tmp_path / "c")
+    assert chunks.steps.tolist() == [10, 20]
+    assert chunks["vx"].tolist() == [[3, 4], [6, 7]]
+    with pytest.raises(KeyError, match="no column 'vy'; there are Chunk, Coord1, vx"):
+        chunks["vy"]
+    head = "# Time-averaged data for fix a\n# TimeStep Number-of-rows\n# Row c_a\n"
+    (tmp_path / "v").write_text(head + "10 2\n1 0.5\n2 0.7\n")
+    assert results.vectors(tmp_path / "v")["c_a"].tolist() == [[0.5, 0.7]]
+    with pytest.raises(ValueError, match=r"read it with results\.vectors"):
+        results.averages(tmp_path / "v")
 
 
 def test_averages(tmp_path):

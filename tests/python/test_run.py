@@ -11,7 +11,7 @@ import time
 import numpy as np
 import pytest
 import scenes
-from peridem import results, run, scene
+from peridem import results, run, run_failure, run_script, scene
 
 REFUSED = """\
 # a script with a mistake
@@ -26,7 +26,7 @@ def test_scene_goes_through_lammps_and_comes_back(tmp_path, lmp):
     made = scenes.two_grains()
     report = run.run(made.write(tmp_path), ranks=2, lmp=lmp, quiet=True)
     assert not report.stopped
-    total = run.total_steps(tmp_path / scene.SCRIPT)
+    total = run_script.total_steps((tmp_path / scene.SCRIPT).read_text())
     assert report.steps == total
     dump = results.Dump(tmp_path / scene.DUMP)
     assert dump.steps[0] == 0 and dump.steps[-1] == total
@@ -105,9 +105,9 @@ def test_failure_says_what_lammps_said_and_where(tmp_path, lmp):
 def test_a_crash_is_told_from_a_message(tmp_path):
     (tmp_path / "in.a").write_text("run 1\n")
     output = "one\ntwo\n-----\nmpirun: process rank 0 exited on signal 11 (Segmentation fault).\n"
-    message = run.failure(output, tmp_path / "in.a")
+    message = run_failure.failure(output, tmp_path / "in.a")
     assert "ended by signal 11 (Segmentation fault), after\none\ntwo\n" in message
-    assert "without a message, after\none" in run.failure("one\n", tmp_path / "in.a")
+    assert "without a message, after\none" in run_failure.failure("one\n", tmp_path / "in.a")
 
 
 def test_a_stop_leaves_a_restart(tmp_path, lmp):
@@ -147,8 +147,8 @@ def test_what_cannot_be_started_is_refused(tmp_path, monkeypatch):
 
 
 def test_steps_are_added_up(tmp_path):
-    (tmp_path / "in.two").write_text("run 100\n  run 250 # more\n# run 7\nprint run\nrun_style x\n")
-    assert run.total_steps(tmp_path / "in.two") == 350
+    text = "run 100\n  run 250 # more\n# run 7\nprint run\nrun_style x\n"
+    assert run_script.total_steps(text) == 350
 
 
 def test_lammps_finds_the_same_step_for_the_bonds(tmp_path, lmp):

@@ -1,0 +1,124 @@
+"""How far a run is: read from the files that LAMMPS writes, shown as a line kept up to date."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+
+from rich.console import Console
+from rich.progress import BarColumn, Progress, TaskID, TextColumn, TimeElapsedColumn
+from rich.progress import TimeRemainingColumn as TimeLeftColumn
+from rich.table import Column
+
+
+@dataclass
+class State:
+    """What is known of a run: step, time, broken bonds, drift of the energy balance."""
+
+    step: int = 0
+    time: float | None = None
+    broken: int | None = None
+    drift: float | None = None
+
+    def __str__(self) -> str:
+        words = [] if self.time is None else [f"t {self.time:.4g}"]
+        if self.broken is not None:
+            words.append(f"{self.broken:,} broken")
+        if self.drift is not None:
+            words.append(f"drift {self.drift:.1e}")
+        return ", ".join(words)
+
+
+class Follower:
+    """Follows the thermo lines of the log, and the file of reports, as they grow.
+
+    Args:
+        log: of LAMMPS.
+        reports: lines with step, time and, perhaps, the number of broken bonds.
+        drift: names of thermo columns that hold the energy drift.
+    """
+
+    def __init__(self, log: Path, reports: Path, drift: tuple[str, ...] = ()) -> None:
+        self.state = State()
+        self._log, self._reports = _Tail(log), _Tail(reports)
+        self._drift = drift
+        self._names: list[str] = []
+
+    def update(self) -> State:
+        """Read what is new."""
+        for line in self._log.lines():
+            self._thermo(line)
+        for line in self._reports.lines():
+            words = line.split()
+            if len(words) >= 2 and words[0].isdigit():
+                self.state.step = max(self.state.step, int(words[0]))
+                self.state.time = float(words[1])
+                self.state.broken = int(words[2]) if len(words) > 2 else None
+        return self.state
+
+    def _thermo(self, line: str) -> None:
+        words = line.split()
+        if words[:1] == ["Step"]:
+            self._names = words
+        elif line.startswith("Loop time"):
+            self._names = []
+        elif words and len(words) == len(self._names) and words[0].isdigit():
+            self.state.step = max(self.state.step, int(words[0]))
+            for name in self._drift:
+                if name in self._names:
+                    self.state.drift = float(words[self._names.index(name)])
+
+
+class _Tail:
+    """The whole lines that were added to a file since the last look."""
+
+    def __init__(self, path: Path) -> None:
+        self._path = path
+        self._offset = 0
+
+    def lines(self) -> list[str]:
+        if not self._path.is_file():
+            return []
+        if self._path.stat().st_size < self._offset:  # begun anew
+            self._offset = 0
+        with self._path.open("rb") as file:
+            file.seek(self._offset)
+            text = file.read()
+        end = text.rfind(b"\n") + 1
+        self._offset += end
+        return text[:end].decode(errors="replace").splitlines()
+
+
+class Bar:
+    """The line on the screen."""
+
+    def __init__(self, progress: Progress, task: TaskID, total: int | None) -> None:
+        self._progress, self._task, self._total = progress, task, total
+
+    def show(self, state: State, word: str = "running") -> None:
+        """Bring it up to date."""
+        step = f"step {state.step:,}" + (f" of {self._total:,}" if self._total else "")
+        self._progress.update(
+            self._task, completed=state.step, description=word, step=step, state=str(state)
+        )
+
+
+@contextmanager
+def bar(total: int | None, quiet: bool, begin: int = 0) -> Iterator[Bar]:
+    """A progress bar on the standard error output, from step ``begin`` to ``total``."""
+    columns = (
+        TextColumn("{task.description}"),
+        BarColumn(bar_width=16),
+        TextColumn("{task.fields[step]}"),
+        TextColumn("{task.fields[state]}"),
+        TimeElapsedColumn(Column(no_wrap=True, min_width=7)),
+        TextColumn("left"),
+        TimeLeftColumn(table_column=Column(no_wrap=True, min_width=7)),
+    )
+    console = Console(file=sys.stderr)
+    with Progress(*columns, console=console, disable=quiet, refresh_per_second=4) as progress:
+        task = progress.add_task("running", total=total, completed=begin, step="", state="")
+        yield Bar(progress, task, total)
