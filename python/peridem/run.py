@@ -37,6 +37,7 @@ from peridem.run_script import (
     Prepared,
     Resume,
     drift_columns,
+    end_time,
     output_files,
     part_name,
     prepare,
@@ -414,12 +415,12 @@ def _watch(
     asked_at: float | None = None
     start = job.resume.step if job.resume else 0
     follower.state.step = start
-    with bar(job.total, quiet, start) as shown:
+    with bar(job.total, quiet, start, end_time(text)) as shown:
         while not finished():
             if requests and asked_at is None:
                 asked_at = time.monotonic()
                 (job.folder / STOP).touch()
-            shown.show(follower.update(), "running" if asked_at is None else "stopping")
+            shown.show(follower.update(), "" if asked_at is None else "stopping")
             if grace < math.inf and len(requests) > 1:
                 raise RunError("LAMMPS was ended at once, as asked a second time")
             if asked_at is not None and time.monotonic() - asked_at > grace:

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from rich.console import Console
-from rich.progress import BarColumn, Progress, TaskID, TextColumn, TimeElapsedColumn
+from rich.progress import BarColumn, Progress, TaskID, TextColumn
 from rich.progress import TimeRemainingColumn as TimeLeftColumn
 from rich.table import Column
 
@@ -95,30 +95,41 @@ class _Tail:
 class Bar:
     """The line on the screen."""
 
-    def __init__(self, progress: Progress, task: TaskID, total: int | None) -> None:
-        self._progress, self._task, self._total = progress, task, total
+    def __init__(self, progress: Progress, task: TaskID, steps: int | None, by_time: bool) -> None:
+        self._progress, self._task, self._steps, self._by_time = progress, task, steps, by_time
 
-    def show(self, state: State, word: str = "running") -> None:
+    def show(self, state: State, word: str = "") -> None:
         """Bring it up to date."""
-        step = f"step {state.step:,}" + (f" of {self._total:,}" if self._total else "")
-        self._progress.update(
-            self._task, completed=state.step, description=word, step=step, state=str(state)
-        )
+        step = f"step {state.step:,}"
+        if self._steps and not self._by_time:
+            step += f" of {self._steps:,}"
+        done = (state.time or 0.0) if self._by_time else float(state.step)
+        text = ", ".join(part for part in (word, step, str(state)) if part)
+        self._progress.update(self._task, completed=done, text=text)
 
 
 @contextmanager
-def bar(total: int | None, quiet: bool, begin: int = 0) -> Iterator[Bar]:
-    """A progress bar on the standard error output, from step ``begin`` to ``total``."""
+def bar(
+    steps: int | None, quiet: bool, begin: int = 0, end_time: float | None = None
+) -> Iterator[Bar]:
+    """A progress bar on the standard error output.
+
+    Args:
+        steps: at its end; None: not known.
+        quiet: nothing is shown.
+        begin: step at its start.
+        end_time: simulated time at its end, if that rather than the number of steps ends the run.
+    """
     columns = (
-        TextColumn("{task.description}"),
-        BarColumn(bar_width=16),
-        TextColumn("{task.fields[step]}"),
-        TextColumn("{task.fields[state]}"),
-        TimeElapsedColumn(Column(no_wrap=True, min_width=7)),
-        TextColumn("left"),
+        BarColumn(bar_width=10),
+        TextColumn("{task.fields[text]}", table_column=Column(no_wrap=True)),
         TimeLeftColumn(table_column=Column(no_wrap=True, min_width=7)),
+        TextColumn("left"),
     )
     console = Console(file=sys.stderr)
     with Progress(*columns, console=console, disable=quiet, refresh_per_second=4) as progress:
-        task = progress.add_task("running", total=total, completed=begin, step="", state="")
-        yield Bar(progress, task, total)
+        by_time = end_time is not None
+        total = end_time if by_time else steps
+        start = 0 if by_time else begin
+        task = progress.add_task("running", total=total, completed=start, text="starting")
+        yield Bar(progress, task, steps, by_time)

@@ -131,6 +131,14 @@ def total_steps(text: str, folder: Path | None = None) -> int | None:
     return total
 
 
+def end_time(text: str) -> float | None:
+    """The time that ends the run, where a variable says ``time>=...`` (with ``fix halt``)."""
+    said = re.search(r"^\s*variable\s+(\S+)\s+equal\s+time>=([-+.\deE]+)\s*$", text, re.MULTILINE)
+    if said and re.search(rf"^\s*fix\s.*\shalt\s.*\bv_{said[1]}\b", text, re.MULTILINE):
+        return float(said[2])
+    return None
+
+
 @dataclass(frozen=True)
 class Outputs:
     """Files that a script adds to as it runs, as far as it names them plainly.

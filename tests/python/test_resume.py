@@ -145,7 +145,7 @@ def test_after_a_stop_the_run_equals_the_unbroken_one_to_rounding(tmp_path, lmp)
     # rounding of 1e-16 of coordinates up to 18, over 6000 steps with collisions
     np.testing.assert_allclose(two[-1].position, one[-1].position, rtol=0, atol=1e-7)
     logs = [results.thermo(tmp_path / name / run.LOG) for name in ("whole", "cut")]
-    assert logs[0]["Step"].tolist() == logs[1]["Step"].tolist()
+    assert set(logs[0]["Step"]) <= set(logs[1]["Step"])  # and one where it was stopped
     tables = [results.averages(tmp_path / name / "force.dat") for name in ("whole", "cut")]
     assert tables[0]["TimeStep"].tolist() == tables[1]["TimeStep"].tolist()
 
