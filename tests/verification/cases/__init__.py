@@ -12,6 +12,7 @@ from .base import Case
 MODULES: dict[str, tuple[str, ...]] = {
     "Uniform strain": ("patch",),
     "Waves": ("waves",),
+    "Convergence": ("convergence",),
 }
 
 

@@ -248,7 +248,9 @@ def draw_surface(curves):
         ax.set(
             xlabel="layer below the surface", ylabel="energy / classical", title=f"{d}D, m = 3.015"
         )
-    axes[0].legend()
+    axes[0].legend(loc="upper right", fontsize=7)
+    for ax in axes:
+        ax.set_xticks(range(4))
     return figure
 
 

@@ -46,3 +46,12 @@ def cloud(ax: Any, x: Any, values: Any, label: str, unit: float = 1.0, **options
     ax.set_aspect("equal")
     ax.grid(False)
     ax.figure.colorbar(dots, ax=ax, label=label, shrink=0.85)
+
+
+def plain_log(axis: Any) -> None:
+    """Numbers as they are on a logarithmic axis of less than two decades."""
+    from matplotlib.ticker import LogLocator, ScalarFormatter
+
+    axis.set_major_locator(LogLocator(subs=(1, 2, 3, 5)))
+    axis.set_major_formatter(ScalarFormatter())
+    axis.set_minor_locator(LogLocator(subs=()))

@@ -134,7 +134,7 @@ def standing_wave(lab: Lab, m: float, along: int, count: int = 20, dt: float = 0
 
 
 def draw_dispersion(curves):
-    from .plots import panels
+    from .plots import panels, plain_log
 
     figure, axes = panels(2)
     for ax, d in zip(axes, (2, 3), strict=True):
@@ -150,6 +150,7 @@ def draw_dispersion(curves):
             ylabel="phase speed / classical",
             title=f"{d}D, m = 3.015",
         )
+        plain_log(ax.xaxis)
     axes[0].legend()
     return figure
 
@@ -253,7 +254,7 @@ def run_bar(lab: Lab, across: tuple[int, ...]) -> Outcome:
 
 
 def draw_bar(across, error, found):
-    from .plots import panels
+    from .plots import panels, plain_log
 
     figure, axes = panels(2)
     _, x, profiles = found[across[-1]]
@@ -263,6 +264,8 @@ def draw_bar(across, error, found):
     axes[1].loglog(across, np.abs(error), "o-")
     axes[1].loglog(across, abs(error[0]) * across[0] / np.array(across), "k:", label="first order")
     axes[1].set(xlabel="nodes across", ylabel="error of the speed")
+    plain_log(axes[1].xaxis)
+    plain_log(axes[1].yaxis)
     axes[1].legend()
     return figure
 
@@ -379,7 +382,7 @@ def relative(got: Array, expected: Array) -> float:
 
 
 def draw_pulse(counts, errors, last):
-    from .plots import panels
+    from .plots import panels, plain_log
 
     figure, axes = panels(2)
     count, r, u, predicted = last
@@ -398,6 +401,8 @@ def draw_pulse(counts, errors, last):
         counts, errors[0] * (counts[0] / np.array(counts)) ** 2, "k:", label="second order"
     )
     axes[1].set(xlabel="nodes along the cube", ylabel="relative L2 difference")
+    plain_log(axes[1].xaxis)
+    plain_log(axes[1].yaxis)
     axes[1].legend()
     return figure
 
