@@ -29,7 +29,7 @@ ComputePeridemDt::ComputePeridemDt(LAMMPS *lmp, int narg, char **arg) :
 {
   if (narg > 3) error->all(FLERR, 3, "Unknown compute {} keyword {}", style, arg[3]);
   scalar_flag = vector_flag = 1;
-  size_vector = 3;
+  size_vector = 4;
   extscalar = extvector = 0;
   vector = new double[size_vector];
 }
@@ -42,16 +42,16 @@ ComputePeridemDt::~ComputePeridemDt()
 }
 
 /* ----------------------------------------------------------------------
-   1 = bonds, 2 = contacts, 3 = dashpots; 0 where there is no limit
+   1 = bonds, 2 = contacts, 3 = dashpots, 4 = speeds; 0 where there is no limit
 ------------------------------------------------------------------------- */
 
 void ComputePeridemDt::compute_vector()
 {
   invoked_vector = invoked_scalar = update->ntimestep;
   const auto limits = stability.find();
-  const double values[4] = {limits.bonds, limits.contacts, limits.dashpots, limits.stable};
-  for (int k = 0; k < 3; k++) vector[k] = std::isfinite(values[k]) ? values[k] : 0.0;
-  scalar = std::isfinite(values[3]) ? values[3] : 0.0;
+  const double values[4] = {limits.bonds, limits.contacts, limits.dashpots, limits.speeds};
+  for (int k = 0; k < 4; k++) vector[k] = std::isfinite(values[k]) ? values[k] : 0.0;
+  scalar = std::isfinite(limits.stable) ? limits.stable : 0.0;
 }
 
 /* ---------------------------------------------------------------------- */

@@ -250,6 +250,12 @@ void FixPeridemBonds::setup(int)
         "The time step {:.4g} is longer than the largest stable one, {:.4g} (bonds alone "
         "{:.4g}, contacts alone {:.4g}): use fix peridem/timestep or a smaller timestep",
         update->dt, limits.stable, limits.bonds, limits.contacts);
+  else if (update->dt > limits.speeds && comm->me == 0)
+    error->warning(
+        FLERR,
+        "The fastest node moves {:.2g} of the contact distance in one step: contacts may "
+        "gain energy or be jumped over; use fix peridem/timestep or a timestep of {:.4g}",
+        PeridemStability::TRAVEL * update->dt / limits.speeds, limits.speeds);
 }
 
 /* ---------------------------------------------------------------------- */

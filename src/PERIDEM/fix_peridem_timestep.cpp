@@ -30,6 +30,9 @@
 using namespace LAMMPS_NS;
 using namespace FixConst;
 
+// where speeds rule, the step leaves this much room for them to grow
+static constexpr double ROOM = 0.8;
+
 /* ---------------------------------------------------------------------- */
 
 FixPeridemTimestep::FixPeridemTimestep(LAMMPS *lmp, int narg, char **arg) :
@@ -37,7 +40,7 @@ FixPeridemTimestep::FixPeridemTimestep(LAMMPS *lmp, int narg, char **arg) :
 {
   nevery = 10;
   scalar_flag = vector_flag = 1;
-  size_vector = 4;
+  size_vector = 5;
   global_freq = 1;
   extscalar = extvector = 0;
   dynamic_group_allow = 1;
@@ -102,16 +105,22 @@ void FixPeridemTimestep::set_timestep()
   if (!std::isfinite(limits.stable))
     error->all(FLERR, Error::NOLASTLINE,
                "Fix {}: there are neither bonds nor contacts that limit the time step", style);
-  const double dt = safety * limits.stable;
+  const double still = safety * limits.stable, dt = MIN(still, ROOM * limits.speeds);
+  const std::string rules = dt == still ? limits.ruling() : "speeds";
+  // speeds change at every step: keep a step that is short enough and not much too short
+  if (rules == "speeds" && rules == ruling && update->dt <= MIN(still, limits.speeds) &&
+      update->dt > 0.5 * dt)
+    return;
 
-  if (ruling != limits.ruling()) {
-    ruling = limits.ruling();
+  if (ruling != rules) {
+    ruling = rules;
     if (comm->me == 0)
       utils::logmesg(
           lmp,
-          "PERIDEM: time step set to {:.4g}, {:g} of the largest stable one; {} limit it "
-          "(bonds alone {:.4g}, contacts alone {:.4g}, with dashpots {:.4g})\n",
-          dt, safety, ruling, limits.bonds, limits.contacts, limits.stable);
+          "PERIDEM: time step set to {:.4g}, {:.2g} of the largest stable one; {} limit it "
+          "(bonds alone {:.4g}, contacts alone {:.4g}, with dashpots {:.4g}{})\n",
+          dt, dt / limits.stable, ruling, limits.bonds, limits.contacts, limits.stable,
+          ruling == "speeds" ? fmt::format(", speeds {:.4g}", limits.speeds) : "");
   }
   if (dt == update->dt) return;
 
@@ -131,11 +140,12 @@ double FixPeridemTimestep::compute_scalar()
 }
 
 /* ----------------------------------------------------------------------
-   largest stable step of bonds, contacts, dashpots, all together (0 = no limit)
+   largest stable step of bonds, contacts, dashpots, all together; step of speeds (0 = no limit)
 ------------------------------------------------------------------------- */
 
 double FixPeridemTimestep::compute_vector(int n)
 {
-  const double values[4] = {limits.bonds, limits.contacts, limits.dashpots, limits.stable};
+  const double values[5] = {limits.bonds, limits.contacts, limits.dashpots, limits.stable,
+                            limits.speeds};
   return std::isfinite(values[n]) ? values[n] : 0.0;
 }

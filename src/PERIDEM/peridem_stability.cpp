@@ -76,6 +76,7 @@ PeridemStability::Limits PeridemStability::find()
   limits.contacts = contacts_sq > 0.0 ? 2.0 / std::sqrt(contacts_sq) : INFINITE;
   limits.stable = omega > 0.0 ? 2.0 * shorter / omega : INFINITE;
   limits.dashpots = z > 0.0 ? limits.stable : INFINITE;
+  limits.speeds = speed_limit();
   return limits;
 }
 
@@ -103,4 +104,23 @@ double PeridemStability::largest_dashpot_ratio(double bonds_sq) const
   for (auto *fix : modify->get_fix_by_style("^peridem/wall$"))
     largest = MAX(largest, dynamic_cast<FixPeridemWall *>(fix)->largest_dashpot_ratio());
   return largest;
+}
+
+/* ---------------------------------------------------------------------- */
+
+double PeridemStability::speed_limit() const
+{
+  const auto *contact = force->pair_match("peridem/contact", 1);
+  if (!contact || !contact->cutsq) return INFINITE;
+  double leastsq = INFINITE;
+  for (int i = 1; i <= atom->ntypes; i++)
+    for (int j = i; j <= atom->ntypes; j++)
+      if (contact->cutsq[i][j] > 0.0) leastsq = MIN(leastsq, contact->cutsq[i][j]);
+
+  double **v = atom->v;
+  double fastestsq = 0.0;
+  for (int i = 0; i < atom->nlocal; i++)
+    fastestsq = MAX(fastestsq, v[i][0] * v[i][0] + v[i][1] * v[i][1] + v[i][2] * v[i][2]);
+  MPI_Allreduce(MPI_IN_PLACE, &fastestsq, 1, MPI_DOUBLE, MPI_MAX, world);
+  return fastestsq > 0.0 ? TRAVEL * std::sqrt(leastsq / fastestsq) : INFINITE;
 }

@@ -23,12 +23,17 @@ namespace LAMMPS_NS {
 
 class PeridemStability : protected Pointers {
  public:
+  // A node that goes further than this part of the contact distance in one step finds itself deep
+  // in a contact that it never entered: the springs then give more than was put into them.
+  static constexpr double TRAVEL = 0.1;
+
   // time steps at which velocity Verlet becomes unstable; infinite where there is nothing to limit
   struct Limits {
     double bonds;                  // stiffness of the bonds alone
     double contacts;               // stiffness of the contacts alone
     double dashpots;               // what damping takes off both together
     double stable;                 // all together
+    double speeds;                 // not of stability: the fastest node travels TRAVEL
     const char *ruling() const;    // which of them rules
   };
 
@@ -43,6 +48,7 @@ class PeridemStability : protected Pointers {
 
   double contact_frequency_sq() const;
   double largest_dashpot_ratio(double bonds_sq) const;
+  double speed_limit() const;
 };
 
 }    // namespace LAMMPS_NS

