@@ -13,6 +13,9 @@ MODULES: dict[str, tuple[str, ...]] = {
     "Uniform strain": ("patch",),
     "Waves": ("waves",),
     "Convergence": ("convergence",),
+    "Hard cases": ("hard_contact", "hard_grains", "hard_steps"),
+    "Faults met elsewhere": ("hard_faults",),
+    "Invariance": ("hard_invariance",),
 }
 
 

@@ -1,0 +1,357 @@
+"""The time step against its limit, a million steps, and things that have to come to rest."""
+
+from __future__ import annotations
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from support.clouds import Cloud, cloud, disc, join, ragged
+from support.runs import Simulation
+
+from .base import Case, Lab, Outcome, Row, above, below, is_so, near, shown
+from .hard_common import (
+    CONTACT,
+    DRIFT,
+    KINETIC,
+    REACH,
+    books,
+    limit,
+    loaded,
+    lps,
+    refusal,
+    total,
+)
+from .plots import panels
+
+# --- at the limit --------------------------------------------------------------------------------
+
+
+def clouds() -> dict[str, Cloud]:
+    rng = np.random.default_rng(3)
+    found = {
+        "disc": cloud(disc(5.1), dimension=2),
+        "jittered square": ragged(rng, (8, 8)),
+        "jittered cube": ragged(rng, (5, 5, 5)),
+    }
+    for name, one in found.items():
+        one.box *= 20 if name == "jittered cube" else np.array([[20], [20], [1]])
+        one.v[:, : 3 if name == "jittered cube" else 2] = 1e-6 * rng.normal(
+            size=(one.n, 3 if name == "jittered cube" else 2)
+        )
+    return found
+
+
+def growth(lab: Lab, one: Cloud, dimension: int, part: float, steps: int) -> tuple[float, bool]:
+    """Largest energy over the first, with ``part`` of the reported step; whether it warned."""
+    sim = loaded(lab, one, lps(), dimension=dimension).commands("run 0 post no")
+    sim.commands(f"timestep {part * limit(sim):.17g}")
+    start, largest = total(sim), 0.0
+    for _ in range(10):
+        if refusal(sim, f"run {steps // 10} post no"):
+            largest = np.inf
+            break
+        largest = max(largest, total(sim) / start)
+    warned = "longer than the largest stable one" in sim.printed()
+    lab.close()
+    return largest, warned
+
+
+def sharpness(lab: Lab, parts: tuple[float, ...], steps: int) -> Outcome:
+    rows: list[Row] = []
+    found: dict[str, list[float]] = {}
+    for name, one in clouds().items():
+        dimension = 3 if name == "jittered cube" else 2
+        grown = [growth(lab, one, dimension, part, steps) for part in parts]
+        found[name] = [value for value, _ in grown]
+        for part, (value, warned) in zip(parts, grown, strict=True):
+            what = f"{name}, {part:g} of the stable step"
+            if part <= 0.99:
+                bound = 1.0 / (1.0 - part**2) + 1.0
+                rows.append(
+                    below(
+                        f"{what}: largest energy / energy at the start",
+                        value,
+                        bound,
+                        why=(
+                            "what velocity Verlet conserves differs from the energy by 1/(1 - (ω "
+                            "dt/2)²) at most"
+                        ),
+                    )
+                )
+            else:
+                rows.append(
+                    above(
+                        f"{what}: largest energy / energy at the start",
+                        value,
+                        1e3,
+                        why="the fastest mode grows by a factor in each step",
+                    )
+                )
+            rows.append(
+                is_so(
+                    f"{what}: warning",
+                    "yes" if warned else "no",
+                    warned == (part > 1),
+                    "yes" if part > 1 else "no",
+                    why="the estimate is sharper than 1 %",
+                )
+            )
+
+    def draw() -> Figure:
+        figure, (ax,) = panels(1)
+        for name, values in found.items():
+            ax.semilogy(parts, np.minimum(values, 1e12), "o-", label=name)
+        ax.set(xlabel="step / reported stable step", ylabel="largest energy / first (≤ 1e12 shown)")
+        ax.legend()
+        return figure
+
+    return Outcome(rows, draw)
+
+
+# --- a million steps -----------------------------------------------------------------------------
+
+
+def long_run(lab: Lab, steps: int, pieces: int) -> Outcome:
+    """Nine nodes that spin and ring: the energy swings within a band that must not move."""
+    rng = np.random.default_rng(11)
+    one = cloud(disc(1.5), dimension=2, margin=40)
+    x = one.x.copy()
+    x[:, :2] += 1e-2 * rng.normal(size=(one.n, 2))
+    one.v[:, :2] = 1e-3 * rng.normal(size=(one.n, 2))
+    one.v[:, :2] += 1e-2 * np.column_stack([-one.x[:, 1], one.x[:, 0]])
+    one.v -= one.v.mean(axis=0)
+    one = one.moved(x)
+    sim = loaded(lab, one, lps(horizon=2.1)).commands("run 0 post no")
+    sim.commands(f"timestep {0.5 * limit(sim):.17g}\nrun 0 post no")
+    start, spin = total(sim), np.cross(one.x, one.v).sum(axis=0)[2]
+    band: list[tuple[float, float]] = []
+    for _ in range(pieces):
+        energies = []
+        for _ in range(50):
+            sim.commands(f"run {steps // pieces // 50} post no")
+            energies.append(total(sim) / start)
+        band.append((min(energies), max(energies)))
+    table = np.array(band)
+    half = len(table) // 2
+    means = table.mean(axis=1)
+    rows = [
+        near(
+            f"middle of the energy's band, second half / first half of {steps} steps",
+            means[half:].mean() / means[:half].mean(),
+            1.0,
+            abs=0.02,
+            why="50 samples of each piece of a band that is 0.15 wide at half the stable step",
+        ),
+        near(
+            "width of the band, second half / first half",
+            np.ptp(table, axis=1)[half:].mean() / np.ptp(table, axis=1)[:half].mean(),
+            1.0,
+            abs=0.15,
+            why="the same samples",
+        ),
+        below(
+            "change of angular momentum / itself",
+            abs(np.cross(sim.atoms("x"), sim.atoms("v")).sum(axis=0)[2] / spin - 1),
+            1e-10,
+            why=f"1e-16 in each of {steps} steps, by chance: its root times 1e-16, at most 1e-10",
+        ),
+        below(
+            "speed of the centre / of a node",
+            np.abs(sim.atoms("v").mean(axis=0)).max() / 1e-2,
+            1e-10,
+            why="as above",
+        ),
+    ]
+
+    def draw() -> Figure:
+        figure, (ax,) = panels(1)
+        at = (np.arange(pieces) + 0.5) * steps / pieces
+        ax.fill_between(at, table[:, 0], table[:, 1], alpha=0.4, label="least to largest")
+        ax.plot(at, means, label="middle")
+        ax.set(xlabel="step", ylabel="energy / energy at the start")
+        ax.legend()
+        return figure
+
+    return Outcome(rows, draw)
+
+
+# --- at rest -------------------------------------------------------------------------------------
+
+
+def heap_of_discs(radius: float, columns: int, layers: int) -> Cloud:
+    parts = []
+    pitch = 2 * radius + 1.1
+    for layer in range(layers):
+        for column in range(columns):
+            x = (column - 0.5 * (columns - 1)) * pitch + 0.3 * (layer % 2)
+            place = np.array([x, radius + 1 + layer * pitch, 0])
+            parts.append(cloud(disc(radius) + place, dimension=2, molecule=len(parts) + 1))
+    return join(*parts, margin=60)
+
+
+def box(lab: Lab, one: Cloud, contact: str, solid: str, extra: str = "") -> Simulation:
+    """Grains in an open box under gravity."""
+    wide = np.abs(one.x[:, 0]).max() + 1.3
+    sim = lab.simulation().load(one, dimension=2)
+    return sim.commands(
+        f"""
+        {extra}
+        pair_style hybrid/overlay peridem/lps peridem/contact
+        pair_coeff * * peridem/lps {solid}
+        pair_coeff * * peridem/contact radius {REACH} {contact}
+        fix low all peridem/wall plane 0 0 0 0 1 0
+        fix left all peridem/wall plane {-wide} 0 0 1 0 0
+        fix right all peridem/wall plane {wide} 0 0 -1 0 0
+        fix weight all gravity 0.01 vector 0 -1 0
+        fix motion all nve
+        fix step all peridem/timestep
+        compute books all peridem/energy
+        compute node all peridem/atom damage bonds
+        thermo_style custom step time pe ke c_books[1] c_books[8]
+        thermo_modify norm no
+        thermo 1000000
+        """
+    )
+
+
+COLD = "what is lost is lost in contacts; it never grows again"
+WARM = "friction alone does not slow normal motion: such dust stays warm, but does not heat up"
+CUT_ALL = (
+    "region everywhere block INF INF INF INF INF INF\n"
+    "fix peridem_bonds all peridem/bonds cut region everywhere"
+)
+
+
+def at_rest(
+    lab: Lab, dust: bool, laws: tuple[str, ...], columns: int, layers: int, steps: int
+) -> Outcome:
+    rows: list[Row] = []
+    curves: dict[str, tuple[list[float], list[float]]] = {}
+    for law in laws:
+        one = heap_of_discs(2.1, columns, layers)
+        fall = 0.01 * float((one.mass * one.x[:, 1]).sum())
+        solid = lps(horizon=2.1) + ("" if dust else " viscosity 0.5")
+        sim = box(lab, one, law, solid, CUT_ALL if dust else "")
+        times, kinetic = [], []
+        for _ in range(20):
+            sim.commands(f"run {steps // 20} post no")
+            times.append(sim.thermo("time"))
+            kinetic.append(books(sim)[KINETIC] / fall)
+        curves[law] = (times, kinetic)
+        got, x = books(sim), sim.atoms("x")
+        top = one.x[:, 1].max() + 1
+        inside = bool(np.isfinite(x).all() and x[:, 1].min() > 0 and x[:, 1].max() < top)
+        damping = "restitution" in law or "damping" in law
+        rest = 1e-7 if damping or not dust else 1e-2
+        rows += [
+            below(
+                f"{law}: kinetic energy in the end / weight x height at the start",
+                max(kinetic[-3:]),
+                rest,
+                why=COLD if rest < 1e-3 else WARM,
+            ),
+            below(
+                f"{law}: drift / weight x height at the start",
+                abs(got[DRIFT]) / fall,
+                0.05 if dust else 0.01,
+                why=(
+                    "contacts that open and close within few steps give a little more than they got"
+                ),
+            ),
+            is_so(
+                f"{law}: nodes in the box",
+                f"lowest at {x[:, 1].min():.2f}, highest at {x[:, 1].max():.2f}",
+                inside,
+                "above the floor, none thrown out",
+                why="no NaN, no blow-up",
+            ),
+            near(
+                f"{law}: damage",
+                float(sim.compute("node")[:, 0].mean()),
+                float(dust),
+                abs=0.0,
+                why="all bonds cut" if dust else "unbreakable",
+            ),
+        ]
+        if damping or not dust:
+            walls = -sum(sim.fix_vector(name, 2)[1] for name in ("low", "left", "right"))
+            rows.append(
+                near(
+                    f"{law}: what floor and walls carry / weight",
+                    walls / (0.01 * one.mass.sum()),
+                    1.0,
+                    abs=0.01,
+                    why=(
+                        "at rest: what moves still is 1e-7 of the energy, so 1e-3 of the fall's "
+                        "forces"
+                    ),
+                )
+            )
+        rows.append(
+            shown(
+                f"{law}: energy of contact in the end / at the start's weight x height",
+                got[CONTACT] / fall,
+                why="the heap's own weight",
+            )
+        )
+        lab.close()
+
+    def draw() -> Figure:
+        figure, (ax,) = panels(1)
+        for law, (times, kinetic) in curves.items():
+            ax.semilogy(times, np.maximum(kinetic, 1e-32), label=law)
+        ax.set(xlabel="time", ylabel="kinetic energy / (weight x height)")
+        ax.legend(fontsize=6)
+        return figure
+
+    return Outcome(rows, draw)
+
+
+LAWS = (
+    "restitution 0.5 friction 0.5",
+    "damping 1 friction 0.5",
+    "friction 0.5",
+    "restitution 0.5 friction 0.5 tangential regularised",
+)
+
+CASES = [
+    Case(
+        "hard-step",
+        "The time step at its limit",
+        (
+            "Random small velocities in three grains, at parts of the step that compute "
+            "peridem/dt reports."
+        ),
+        "velocity Verlet: stable below 2/ω",
+        sharpness,
+        small={"parts": (0.5, 0.9, 0.99, 1.01, 1.1), "steps": 2000},
+        full={"parts": (0.5, 0.9, 0.95, 0.99, 0.995, 1.005, 1.01, 1.05, 1.1), "steps": 10000},
+    ),
+    Case(
+        "hard-million",
+        "A million steps",
+        "A grain of nine nodes spins and rings at half the stable step.",
+        "a symplectic integrator: energy within a fixed band, momenta kept",
+        long_run,
+        small={"steps": 50000, "pieces": 10},
+        full={"steps": 1000000, "pieces": 20},
+    ),
+    Case(
+        "hard-dust",
+        "Dust at rest",
+        "Discs whose bonds are all cut, under gravity in a box.",
+        "rest: no energy appears",
+        at_rest,
+        small={"dust": True, "laws": LAWS[:3], "columns": 2, "layers": 2, "steps": 30000},
+        full={"dust": True, "laws": LAWS, "columns": 3, "layers": 4, "steps": 200000},
+    ),
+    Case(
+        "hard-heap",
+        "A settled heap",
+        "Discs fall into a box and come to rest.",
+        "rest: kinetic energy decays to zero",
+        at_rest,
+        small={"dust": False, "laws": LAWS[:1], "columns": 2, "layers": 2, "steps": 30000},
+        full={"dust": False, "laws": LAWS, "columns": 3, "layers": 4, "steps": 200000},
+    ),
+]
