@@ -29,6 +29,9 @@ using namespace FixConst;
 // contacts of one node that a restart file has room for: many more than fit around a node
 static constexpr int MAXTOUCH = 64;
 
+// numbers that one contact packs into
+static constexpr int SIZE = 6;
+
 /* ---------------------------------------------------------------------- */
 
 FixPeridemHistory::FixPeridemHistory(LAMMPS *lmp, int narg, char **arg) : Fix(lmp, narg, arg)
@@ -71,7 +74,7 @@ void FixPeridemHistory::collect()
   source->store_springs(*this);
   std::size_t most = 0;
   for (const auto &row : rows) most = MAX(most, row.size());
-  maxexchange = 1 + 5 * static_cast<int>(most);
+  maxexchange = 1 + SIZE * static_cast<int>(most);
 }
 
 /* ---------------------------------------------------------------------- */
@@ -130,6 +133,7 @@ int FixPeridemHistory::pack_exchange(int i, double *buf)
     buf[m++] = ubuf(spring.tag).d;
     for (double slip : spring.slip) buf[m++] = slip;
     buf[m++] = spring.peak;
+    buf[m++] = spring.deepest;
   }
   return m;
 }
@@ -144,6 +148,7 @@ int FixPeridemHistory::unpack_exchange(int i, double *buf)
     spring.tag = (tagint) ubuf(buf[m++]).i;
     for (double &slip : spring.slip) slip = buf[m++];
     spring.peak = buf[m++];
+    spring.deepest = buf[m++];
   }
   return m;
 }
@@ -152,14 +157,14 @@ int FixPeridemHistory::unpack_exchange(int i, double *buf)
 
 int FixPeridemHistory::size_restart(int i)
 {
-  return 2 + 5 * static_cast<int>(rows[i].size());
+  return 2 + SIZE * static_cast<int>(rows[i].size());
 }
 
 /* ---------------------------------------------------------------------- */
 
 int FixPeridemHistory::maxsize_restart()
 {
-  return 2 + 5 * MAXTOUCH;
+  return 2 + SIZE * MAXTOUCH;
 }
 
 /* ---------------------------------------------------------------------- */

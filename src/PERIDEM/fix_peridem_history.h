@@ -26,8 +26,9 @@ namespace LAMMPS_NS {
 
 class PairPeridemContact;
 
-// What the contacts of each owned node remember (tangential spring, fastest approach), while nodes
-// migrate and in restart files. In between, pair style peridem/contact keeps them beside its list of candidates.
+// What the contacts of each owned node remember (tangential spring, fastest approach, deepest overlap)
+// while nodes migrate and in restart files. In between, pair style peridem/contact keeps them beside
+// its list of candidates.
 // Made by that pair style; not for input scripts.
 
 class FixPeridemHistory : public Fix {
@@ -36,6 +37,7 @@ class FixPeridemHistory : public Fix {
     tagint tag;        // of the other node
     double slip[3];    // how far the other has slipped, seen from this node
     double peak;       // fastest approach of the two
+    double deepest;    // largest overlap
   };
   std::vector<std::vector<Spring>> rows;    // by local index
 

@@ -41,7 +41,7 @@ using namespace FixConst;
 /* ---------------------------------------------------------------------- */
 
 FixPeridemWall::FixPeridemWall(LAMMPS *lmp, int narg, char **arg) :
-    Fix(lmp, narg, arg), motion(lmp, style), nearby(lmp), own_bodies(lmp)
+    Fix(lmp, narg, arg), motion(lmp, style), nearby(lmp), own_bodies(lmp), collisions(lmp)
 {
   if (!atom->style_match("peridem"))
     error->all(FLERR, 2, "Fix {} requires atom style peridem; the atom style is {}", style,
@@ -370,11 +370,42 @@ void FixPeridemWall::touch_all()
   for (const int i : nearby.nodes()) {
     const double x[3] = {atom->x[i][0] - shift[0], atom->x[i][1] - shift[1],
                          atom->x[i][2] - shift[2]};
+    const double radius = laws[atom->type[i]].radius;
+    const double wide = memories.empty(i) ? 0.0 : linger(i);
     feet.clear();
-    surface->feet(x, laws[atom->type[i]].radius, feet);
-    for (const auto &foot : feet) touch(i, foot);
+    surface->feet(x, radius + wide, feet);
+    for (const auto &foot : feet)
+      if (foot.distance < radius)
+        touch(i, foot);
+      else
+        part(i, foot);
     if (!memories.empty(i)) memories.forget_unused(i);
   }
+}
+
+/* ----------------------------------------------------------------------
+   how wide a gap node i has to make before its collisions are over
+------------------------------------------------------------------------- */
+
+double FixPeridemWall::linger(int i) const
+{
+  double deepest_yet = 0.0;
+  for (const auto &slot : memories.of(i)) deepest_yet = MAX(deepest_yet, slot.deepest);
+  return laws[atom->type[i]].lingering_gap(deepest_yet, neighbor->skin);
+}
+
+/* ----------------------------------------------------------------------
+   a node that does not touch any more: friction starts anew if it comes back, a collision goes on
+   until the gap is wide
+------------------------------------------------------------------------- */
+
+void FixPeridemWall::part(int i, const PeridemSurface::Foot &foot)
+{
+  auto *const memory = memories.known(i, foot.key);
+  if (!memory) return;
+  const auto &law = laws[atom->type[i]];
+  for (double &slip : memory->slip) slip = 0.0;
+  memory->used = foot.distance - law.radius < law.lingering_gap(memory->deepest, neighbor->skin);
 }
 
 /* ----------------------------------------------------------------------
@@ -398,6 +429,7 @@ void FixPeridemWall::touch(int i, const PeridemSurface::Foot &foot)
   PeridemWallMemory::Slot none{};
   const bool remembers = law.uses_history() || law.uses_restitution();
   auto &memory = remembers ? memories.at(i, foot.key) : none;
+  memory.deepest = MAX(memory.deepest, overlap);
 
   const double beta = law.dashpot();
   const double fn = PeridemContactLaw::normal(k, beta, overlap, rate);
@@ -411,7 +443,7 @@ void FixPeridemWall::touch(int i, const PeridemSurface::Foot &foot)
     on_node[m] = fn * normal[m] + drag[m];
     atom->f[i][m] += on_node[m];
   }
-  if (law.uses_restitution()) impacts.push_back({i, foot, fn});
+  if (law.uses_restitution()) impacts.push_back({i, foot, fn, {}, 0.0});
   react(i, foot, on_node);
   deepest = MAX(deepest, overlap);
   energy += 0.5 * k * overlap * overlap;
@@ -426,20 +458,18 @@ void FixPeridemWall::touch(int i, const PeridemSurface::Foot &foot)
 void FixPeridemWall::impact(const Impact &one)
 {
   const int i = one.node;
-  double &peak = memories.known(i, one.foot.key).peak;
-  const auto body = bodies->body(i);
-  if (peak == 0.0) peak = bodies->peak(i);
-  double approach = 0.0, wall_velocity[3];
-  for (int m = 0; m < 3; m++) {
-    wall_velocity[m] = one.foot.velocity[m] + motion.velocity[m];
-    approach -= (body.velocity[m] - wall_velocity[m]) * one.foot.normal[m];
-  }
+  const auto &collision = collisions.of(-1 - one.foot.key, atom->molecule[i]);
+  double &peak = memories.known(i, one.foot.key)->peak;
+  if (atom->molecule[i]) peak = MAX(peak, collision.peak);
+  const double approach = one.body.whole ? collision.approach() : one.approach;
+  if (advance) peak = MAX(peak, approach);
+  const double mobility = one.body.mobility_along(one.foot.normal);
   const double size =
-      laws[atom->type[i]].impact_force(one.elastic, approach, body.mass, update->dt, advance, peak);
+      laws[atom->type[i]].impact_force(one.elastic, approach, peak, mobility, update->dt);
   double push[3];
   for (int m = 0; m < 3; m++) {
     push[m] = size * one.foot.normal[m];
-    push_power += push[m] * wall_velocity[m];
+    push_power += push[m] * (one.foot.velocity[m] + motion.velocity[m]);
   }
   react(i, one.foot, push);
   bodies->push(i, push, pushes.data());
@@ -510,13 +540,28 @@ void FixPeridemWall::find_bodies()
     bodies = &own_bodies;
     bodies->find(bonds);
   }
+}
 
-  // a node that comes to a grain's contact with the wall takes its fastest approach over
+/* ----------------------------------------------------------------------
+   a grain may touch a face at several nodes: that is one collision
+------------------------------------------------------------------------- */
 
-  bodies->forget_peaks();
-  for (int i = 0; i < atom->nlocal; i++)
-    if (!memories.empty(i)) bodies->note_peak(i, memories.peak(i));
-  bodies->share_peaks();
+void FixPeridemWall::find_collisions()
+{
+  const tagint *const mol = atom->molecule;
+  collisions.clear();
+  for (auto &one : impacts) {
+    one.body = bodies->body(one.node);
+    for (int m = 0; m < 3; m++)
+      one.approach -=
+          (one.body.velocity[m] - one.foot.velocity[m] - motion.velocity[m]) * one.foot.normal[m];
+    collisions.add(-1 - one.foot.key, mol[one.node], one.elastic, one.approach, 0.0, 1.0);
+  }
+  // contacts that are open for a moment remember too
+  for (const int i : nearby.nodes())
+    for (const auto &slot : memories.of(i))
+      collisions.add(-1 - slot.key, mol[i], 0.0, 0.0, slot.peak, 0.0);
+  collisions.merge();
 }
 
 /* ----------------------------------------------------------------------
@@ -532,6 +577,7 @@ void FixPeridemWall::impact_pass()
   if (!pushing) return;
 
   find_bodies();
+  find_collisions();
   for (const auto &one : impacts) impact(one);
   comm->reverse_comm(this);
   bodies->apply(pushes.data());

@@ -21,6 +21,7 @@ FixStyle(peridem/wall,FixPeridemWall);
 #include "fix.h"
 #include "peridem_bodies.h"
 #include "peridem_books.h"
+#include "peridem_collisions.h"
 #include "peridem_contact_law.h"
 #include "peridem_grains.h"
 #include "peridem_surface.h"
@@ -97,8 +98,11 @@ class FixPeridemWall : public Fix {
     int node;
     PeridemSurface::Foot foot;
     double elastic;
+    PeridemBody body;
+    double approach;    // of the body to the wall, as a rigid one
   };
   std::vector<Impact> impacts;
+  PeridemCollisions collisions;
   bool pushing{false};       // some rank has one
   double push_power{0.0};    // of the wall against the pushes, on this rank
   std::vector<PeridemSurface::Foot> feet;
@@ -136,11 +140,14 @@ class FixPeridemWall : public Fix {
   void renew_list();
   void clear_loads();
   void touch_all();
+  double linger(int i) const;
   void touch(int i, const PeridemSurface::Foot &);
+  void part(int i, const PeridemSurface::Foot &);
   void impact(const Impact &);
   void impact_pass();
   void react(int i, const PeridemSurface::Foot &, const double *on_node);
   void find_bodies();
+  void find_collisions();
   void book(int i, const PeridemSurface::Foot &, double lossy, const double *drag,
             const double *direct);
   void add_work();

@@ -52,7 +52,7 @@ static constexpr double SKIN = 0.3;
 
 /* ---------------------------------------------------------------------- */
 
-PairPeridemContact::PairPeridemContact(LAMMPS *lmp) : Pair(lmp), bodies(lmp)
+PairPeridemContact::PairPeridemContact(LAMMPS *lmp) : Pair(lmp), bodies(lmp), collisions(lmp)
 {
   single_enable = 0;
   restartinfo = 1;
@@ -277,11 +277,11 @@ template <bool HISTORY> void PairPeridemContact::touch_all()
       const int j = candidates[k];
       const double d[3] = {x[j][0] - xi, x[j][1] - yi, x[j][2] - zi};
       const double rsq = d[0] * d[0] + d[1] * d[1] + d[2] * d[2];
+      const auto &law = laws[index(type[i], type[j])];
       if (rsq < rcsq_i[type[j]])
-        touch(i, j, laws[index(type[i], type[j])].radius, rsq, d,
-              HISTORY ? &candidate_springs[k] : nullptr);
-      else if (HISTORY && candidate_springs[k].touching)
-        candidate_springs[k] = Spring();
+        touch(i, j, law.radius, rsq, d, HISTORY ? &candidate_springs[k] : nullptr);
+      else if (HISTORY && candidate_springs[k].known)
+        part(law, std::sqrt(rsq) - law.radius, candidate_springs[k]);
     }
   }
   for (std::size_t k = 0; k < fragments.size(); k++) {
@@ -291,9 +291,21 @@ template <bool HISTORY> void PairPeridemContact::touch_all()
     const double rsq = d[0] * d[0] + d[1] * d[1] + d[2] * d[2];
     if (rsq < pair.distance * pair.distance)
       touch(pair.i, pair.j, pair.distance, rsq, d, HISTORY ? &fragment_springs[k] : nullptr);
-    else if (HISTORY && fragment_springs[k].touching)
-      fragment_springs[k] = Spring();
+    else if (HISTORY && fragment_springs[k].known)
+      part(laws[index(type[pair.i], type[pair.j])], std::sqrt(rsq) - pair.distance,
+           fragment_springs[k]);
   }
+}
+
+/* ----------------------------------------------------------------------
+   nodes that do not touch any more: friction starts anew if they come back, a collision goes on
+   until the gap is wide
+------------------------------------------------------------------------- */
+
+void PairPeridemContact::part(const PeridemContactLaw &law, double gap, Spring &spring) const
+{
+  for (double &slip : spring.slip) slip = 0.0;
+  if (gap >= law.lingering_gap(spring.deepest, neighbor->skin)) spring = Spring();
 }
 
 /* ----------------------------------------------------------------------
@@ -353,7 +365,8 @@ void PairPeridemContact::find_spring(int i, int j, Spring &spring) const
     if (one.tag == atom->tag[j]) {
       for (int m = 0; m < 3; m++) spring.slip[m] = one.slip[m];
       spring.peak = one.peak;
-      spring.touching = true;
+      spring.deepest = one.deepest;
+      spring.known = true;
     }
 }
 
@@ -363,11 +376,12 @@ void PairPeridemContact::find_spring(int i, int j, Spring &spring) const
 
 void PairPeridemContact::store_springs(FixPeridemHistory &fix) const
 {
-  auto store = [&](int i, int j, const Spring &spring) {
-    if (!spring.touching) return;
-    const double *const s = spring.slip;
-    fix.rows[i].push_back({atom->tag[j], {s[0], s[1], s[2]}, spring.peak});
-    if (j < atom->nlocal) fix.rows[j].push_back({atom->tag[i], {-s[0], -s[1], -s[2]}, spring.peak});
+  auto store = [&](int i, int j, const Spring &one) {
+    if (!one.known) return;
+    const double *const s = one.slip;
+    fix.rows[i].push_back({atom->tag[j], {s[0], s[1], s[2]}, one.peak, one.deepest});
+    if (j < atom->nlocal)
+      fix.rows[j].push_back({atom->tag[i], {-s[0], -s[1], -s[2]}, one.peak, one.deepest});
   };
   for (std::size_t row = 0; row < row_node.size(); row++)
     for (int k = row_first[row]; k < row_first[row + 1]; k++)
@@ -426,7 +440,9 @@ void PairPeridemContact::check_overlaps()
       const double rc = laws[index(type[i], type[j])].radius;
       if (rc == 0.0) continue;
       const double depth = 1.0 - std::sqrt(dx * dx + dy * dy + dz * dz) / rc;
-      if (depth > WORTH_A_WARNING) count++;
+      // a pair that crosses to another rank is known to both
+      const bool mine = j < atom->nlocal || atom->tag[i] < atom->tag[j];
+      if (mine && depth > WORTH_A_WARNING) count++;
       deepest = MAX(deepest, depth);
     }
   }
@@ -489,8 +505,11 @@ void PairPeridemContact::touch(int i, int j, double distance, double rsq, const 
       book(i, j, books.damping, dashpot);
     }
   }
-  if (spring) spring->touching = true;
-  if (law.uses_restitution()) impacts.push_back({i, j, fn, spring});
+  if (spring) {
+    spring->known = true;
+    spring->deepest = MAX(spring->deepest, distance - r);
+  }
+  if (law.uses_restitution()) impacts.push_back({i, j, fn, spring, {n[0], n[1], n[2]}, 0.0});
 
   for (int m = 0; m < 3; m++) f[i][m] += total[m];
   if (j < nlocal)
@@ -564,8 +583,8 @@ double PairPeridemContact::spring_energy() const
 }
 
 /* ----------------------------------------------------------------------
-   energy that collisions lose: a force between the two bodies, along the line of their centres of
-   mass, so that linear and angular momentum stay
+   energy that collisions lose: a force between the two bodies, as if they were rigid, along the
+   line of the nodes that touch, so that linear and angular momentum stay
 ------------------------------------------------------------------------- */
 
 void PairPeridemContact::impact_pass()
@@ -585,34 +604,8 @@ void PairPeridemContact::impact_pass()
     if (impact.j < nlocal) find_body(impact.j);
   }
   comm->forward_comm(this);
-  inherit_peaks();
-
-  double **x = atom->x;
-  for (const auto &impact : impacts) {
-    const int i = impact.i, j = impact.j;
-    const auto &bi = body_of[i], &bj = body_of[j];
-    double d[3], lengthsq = 0.0, rate = 0.0;
-    for (int m = 0; m < 3; m++) {
-      d[m] = (x[j][m] - x[i][m]) + (bj.offset[m] - bi.offset[m]);
-      lengthsq += d[m] * d[m];
-      rate += d[m] * (bj.velocity[m] - bi.velocity[m]);
-    }
-    if (lengthsq == 0.0) continue;
-    const double length = std::sqrt(lengthsq);
-    const auto &law = laws[index(atom->type[i], atom->type[j])];
-    const double mass = bi.mass * bj.mass / (bi.mass + bj.mass);
-    const double force = law.impact_force(impact.elastic, -rate / length, mass, update->dt, advance,
-                                          impact.spring->peak);
-    double push[3], pull[3];
-    for (int m = 0; m < 3; m++) {
-      push[m] = -force * d[m] / length;
-      pull[m] = -push[m];
-    }
-    bodies.push(i, push, spread.data());
-    if (j < nlocal) bodies.push(j, pull, spread.data());
-    if (evflag)
-      ev_tally_xyz(i, j, nlocal, 0, 0.0, 0.0, push[0], push[1], push[2], -d[0], -d[1], -d[2]);
-  }
+  find_collisions();
+  for (const auto &impact : impacts) add_impact(impact);
 
   comm->reverse_comm(this);    // patches may have ghosts among their nodes
   bodies.apply(spread.data());
@@ -622,21 +615,65 @@ void PairPeridemContact::impact_pass()
     for (int i = 0; i < nlocal; i++) PeridemBooks::add(books.damping, i, &spread[3 * i]);
 }
 
+/* ---------------------------------------------------------------------- */
+
+void PairPeridemContact::add_impact(const Impact &impact)
+{
+  const int i = impact.i, j = impact.j, nlocal = atom->nlocal;
+  const auto &bi = body_of[i], &bj = body_of[j];
+  const auto &collision = collisions.of(atom->molecule[i], atom->molecule[j]);
+  double &peak = impact.spring->peak;
+  if (atom->molecule[i] && atom->molecule[j]) peak = MAX(peak, collision.peak);
+  const double approach = bi.whole && bj.whole ? collision.approach() : impact.approach;
+  if (advance) peak = MAX(peak, approach);
+
+  const auto &law = laws[index(atom->type[i], atom->type[j])];
+  const double mobility = bi.mobility_along(impact.n) + bj.mobility_along(impact.n);
+  const double force = law.impact_force(impact.elastic, approach, peak, mobility, update->dt);
+  double push[3], pull[3], centres[3];
+  for (int m = 0; m < 3; m++) {
+    push[m] = -force * impact.n[m];
+    pull[m] = -push[m];
+    centres[m] = bi.offset[m] - (atom->x[j][m] - atom->x[i][m]) - bj.offset[m];
+  }
+  bodies.push(i, push, spread.data());
+  if (j < nlocal) bodies.push(j, pull, spread.data());
+  if (evflag)
+    ev_tally_xyz(i, j, nlocal, 0, 0.0, 0.0, push[0], push[1], push[2], centres[0], centres[1],
+                 centres[2]);
+}
+
 /* ----------------------------------------------------------------------
-   a contact that is new between grains that touch already takes their fastest approach over
+   visit(i, j, spring) for every pair that has touched in a collision that is not over
 ------------------------------------------------------------------------- */
 
-void PairPeridemContact::inherit_peaks()
+template <class Visit> void PairPeridemContact::for_springs(Visit visit) const
 {
-  bodies.forget_peaks();
-  for (const auto &impact : impacts) {
-    bodies.note_peak(impact.i, impact.spring->peak);
-    bodies.note_peak(impact.j, impact.spring->peak);
+  for (std::size_t row = 0; row < row_node.size(); row++)
+    for (int k = row_first[row]; k < row_first[row + 1]; k++)
+      if (candidate_springs[k].known) visit(row_node[row], candidates[k], candidate_springs[k]);
+  for (std::size_t k = 0; k < fragments.size(); k++)
+    if (fragment_springs[k].known) visit(fragments[k].i, fragments[k].j, fragment_springs[k]);
+}
+
+/* ---------------------------------------------------------------------- */
+
+void PairPeridemContact::find_collisions()
+{
+  const tagint *const mol = atom->molecule;
+  collisions.clear();
+  for (auto &impact : impacts) {
+    const auto &bi = body_of[impact.i], &bj = body_of[impact.j];
+    impact.approach = 0.0;
+    for (int m = 0; m < 3; m++) impact.approach -= impact.n[m] * (bj.velocity[m] - bi.velocity[m]);
+    collisions.add(mol[impact.i], mol[impact.j], impact.elastic, impact.approach,
+                   impact.spring->peak, impact.j < atom->nlocal ? 1.0 : 0.5);
   }
-  bodies.share_peaks();
-  for (const auto &impact : impacts)
-    if (impact.spring->peak == 0.0)
-      impact.spring->peak = MIN(bodies.peak(impact.i), bodies.peak(impact.j));
+  // contacts that are open for a moment remember too
+  for_springs([&](int i, int j, const Spring &spring) {
+    collisions.add(mol[i], mol[j], 0.0, 0.0, spring.peak, 0.0);
+  });
+  collisions.merge();
 }
 
 /* ---------------------------------------------------------------------- */
@@ -661,7 +698,7 @@ int PairPeridemContact::pack_forward_comm(int n, int *list, double *buf, int, in
 
 void PairPeridemContact::unpack_forward_comm(int n, int first, double *buf)
 {
-  memcpy(static_cast<void *>(&body_of[first]), buf, n * sizeof(PeridemBody));
+  if (n) memcpy(static_cast<void *>(&body_of[first]), buf, n * sizeof(PeridemBody));
 }
 
 /* ---------------------------------------------------------------------- */

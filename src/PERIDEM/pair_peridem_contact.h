@@ -22,6 +22,7 @@ PairStyle(peridem/contact,PairPeridemContact);
 #include "pair.h"
 #include "peridem_bodies.h"
 #include "peridem_books.h"
+#include "peridem_collisions.h"
 #include "peridem_contact_law.h"
 #include "peridem_grains.h"
 
@@ -102,12 +103,13 @@ class PairPeridemContact : public Pair {
   std::size_t broken_seen{0};
   int list_nlocal{-1};    // owned nodes when the candidates were picked
 
-  // what a contact remembers: slip of the other node, how fast it came, whether it touched at the
-  // last step
+  // what a contact remembers: slip of the other node, how fast it came, how deep the two overlapped;
+  // known from the first touch until the collision is over
   struct Spring {
     double slip[3]{0.0, 0.0, 0.0};
-    double peak{0.0};    // fastest approach
-    bool touching{false};
+    double peak{0.0};
+    double deepest{0.0};
+    bool known{false};
   };
   std::vector<Spring> candidate_springs, fragment_springs;
   FixPeridemHistory *history{nullptr};
@@ -121,13 +123,15 @@ class PairPeridemContact : public Pair {
     int i, j;
     double elastic;
     Spring *spring;
+    double n[3], approach;    // from i to j; speed of the bodies along it, as rigid ones
   };
   std::vector<Impact> impacts;
   PeridemBodies bodies;
+  PeridemCollisions collisions;
   bool bodies_found{false};            // in the last force evaluation
   std::vector<PeridemBody> body_of;    // of owned and ghost nodes that touch
   std::vector<char> has_body;
-  std::vector<double> spread;    // forces on patches, of owned and ghost nodes
+  std::vector<double> spread;    // forces on bodies, of owned and ghost nodes
 
   std::size_t index(int itype, int jtype) const { return itype * (ntypes + 1) + jtype; }
   bool indices_valid() const { return list_nlocal == atom->nlocal; }
@@ -139,7 +143,10 @@ class PairPeridemContact : public Pair {
   template <bool HISTORY> void touch_all();
   void touch(int i, int j, double distance, double rsq, const double *d, Spring *spring);
   void find_body(int i);
-  void inherit_peaks();
+  void part(const PeridemContactLaw &, double gap, Spring &) const;
+  void find_collisions();
+  void add_impact(const Impact &);
+  template <class Visit> void for_springs(Visit) const;
   void book(int i, int j, std::vector<double> &forces, const double *force);
   template <class Visit> void for_touching(Visit) const;
   void impact_pass();

@@ -30,7 +30,7 @@ static constexpr double DEFAULT_RATIO = 0.85;
 // the regularised force stops a sliding node pair in this many steps at the soonest
 static constexpr double STOPPING_STEPS = 2.0;
 
-// the loss of a collision slows patches down in no fewer steps than this
+// the loss of a collision slows bodies down in no fewer steps than this
 static constexpr double IMPACT_STEPS = 10.0;
 
 /* ---------------------------------------------------------------------- */
@@ -147,16 +147,15 @@ double PeridemContactLaw::impact_number(double restitution)
 
 /* ---------------------------------------------------------------------- */
 
-double PeridemContactLaw::impact_force(double elastic, double approach, double patch_mass,
-                                       double dt, bool advance, double &peak) const
+double PeridemContactLaw::impact_force(double elastic, double approach, double peak,
+                                       double mobility, double dt) const
 {
-  if (advance && approach > peak) peak = approach;
   if (!(peak > 0.0)) return 0.0;
   // bodies part no faster than a collision lets them: what parts faster has other reasons
   const double ratio = approach / peak;
   double force = elastic * impact * (ratio > -restitution ? ratio : -restitution);
-  // never more than slows the two patches down within several steps
-  const double most = patch_mass * std::fabs(approach) / (IMPACT_STEPS * dt);
+  // never more than slows the two bodies down within several steps
+  const double most = std::fabs(approach) / (mobility * IMPACT_STEPS * dt);
   if (force > most) force = most;
   if (force < -most) force = -most;
   return force;

@@ -82,10 +82,18 @@ class PeridemContactLaw {
     return force > 0.0 ? force : 0.0;
   }
 
-  // what the loss of a collision adds to the elastic force: patches approach each other at this
-  // speed, peak is the fastest approach of this contact so far (kept by the caller)
-  double impact_force(double elastic, double approach, double patch_mass, double dt, bool advance,
-                      double &peak) const;
+  // what the loss of a collision adds to the elastic force: bodies approach each other at this
+  // speed, at most at the speed peak so far; mobility is speed over impulse between them
+  double impact_force(double elastic, double approach, double peak, double mobility,
+                      double dt) const;
+
+  // A collision is over when nodes that touched part by more than this gap: before that, contacts
+  // open and close with the vibration of the bodies.  deepest = largest overlap of this contact.
+  double lingering_gap(double deepest, double skin) const
+  {
+    if (!uses_restitution()) return 0.0;
+    return LINGER * deepest < skin ? LINGER * deepest : skin;
+  }
 
   // A touching pair as friction sees it.
   struct Touch {
@@ -113,6 +121,7 @@ class PeridemContactLaw {
   std::string describe() const;
 
  private:
+  static constexpr double LINGER = 10.0;
   int dim{3};
   bool per_volume{false};    // k = modulus Vi Vj, else k = modulus h^(d-2)
   double modulus{0.0};

@@ -9,13 +9,11 @@
    See the README file in the top-level LAMMPS directory.
 ------------------------------------------------------------------------- */
 
-// What the contacts of each node with a wall remember: tangential spring and fastest approach.  Few
-// nodes touch, so each has a list of its own, empty for most.
+// What the contacts of each node with a wall remember: tangential spring, fastest approach, deepest
+// overlap.  Few nodes touch, so each has a list of its own, empty for most.
 
 #ifndef LMP_PERIDEM_WALL_MEMORY_H
 #define LMP_PERIDEM_WALL_MEMORY_H
-
-#include "lmptype.h"
 
 #include <vector>
 
@@ -27,7 +25,8 @@ class PeridemWallMemory {
     int key;           // of the face
     double slip[3];    // stretch of the tangential spring
     double peak;       // fastest approach so far
-    bool used;         // the node still touches this face
+    double deepest;    // largest overlap so far
+    bool used;         // the collision with this face goes on
   };
 
   void grow(int nmax) { nodes.resize(nmax); }
@@ -43,27 +42,19 @@ class PeridemWallMemory {
         slot.used = true;
         return slot;
       }
-    nodes[i].push_back({key, {0.0, 0.0, 0.0}, 0.0, true});
+    nodes[i].push_back({key, {0.0, 0.0, 0.0}, 0.0, 0.0, true});
     return nodes[i].back();
   }
 
-  // the memory of a face that node i is known to touch
-  Slot &known(int i, int key)
+  // the memory of a face that node i has touched, or null; valid until the next call of at()
+  Slot *known(int i, int key)
   {
-    auto &list = nodes[i];
-    std::size_t n = 0;
-    while (list[n].key != key) n++;
-    return list[n];
+    for (auto &slot : nodes[i])
+      if (slot.key == key) return &slot;
+    return nullptr;
   }
 
-  // the fastest approach that node i remembers
-  double peak(int i) const
-  {
-    double fastest = 0.0;
-    for (const auto &slot : nodes[i])
-      if (slot.peak > fastest) fastest = slot.peak;
-    return fastest;
-  }
+  const std::vector<Slot> &of(int i) const { return nodes[i]; }
 
   // what was not asked for since the last call is forgotten
   void forget_unused(int i)
@@ -79,7 +70,7 @@ class PeridemWallMemory {
   }
 
   // numbers that a node with so many slots packs into
-  static constexpr int size(int slots) { return 1 + 5 * slots; }
+  static constexpr int size(int slots) { return 1 + 6 * slots; }
   int size_of(int i) const { return size(static_cast<int>(nodes[i].size())); }
 
   int pack(int i, double *buf) const
@@ -90,6 +81,7 @@ class PeridemWallMemory {
       buf[n++] = slot.key;
       for (const double s : slot.slip) buf[n++] = s;
       buf[n++] = slot.peak;
+      buf[n++] = slot.deepest;
     }
     return n;
   }
@@ -102,6 +94,7 @@ class PeridemWallMemory {
       slot.key = static_cast<int>(buf[n++]);
       for (double &s : slot.slip) s = buf[n++];
       slot.peak = buf[n++];
+      slot.deepest = buf[n++];
       slot.used = false;
     }
     return n;

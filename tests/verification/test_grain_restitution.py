@@ -1,46 +1,49 @@
-"""``restitution`` of deformable grains: two discs of 123 nodes, and one on a wall.
+"""``restitution`` of deformable grains: discs of 123 nodes and other shapes, and walls.
 
-Speeds are 0.0007 to 0.017 of the speed of sound.  Measured ratios of the speeds of parting and
-approach, without friction, over these speeds (one number varies by 0.01 between them):
+What is measured is what ``restitution`` means for any two bodies: the speed at which they part
+along the line of the total impulse between them, over that at which they came, both of the points
+on that line as if the bodies were rigid (:func:`restitution_of`).  Head-on that is the ratio of the
+speeds of the centres.  Speeds are 0.0007 to 0.017 of the speed of sound, without friction.
 
-=====  =============  =============  =============  =============  =============
-asked  head-on        head-on        head-on        wall           wall
-       tip to tip     gap to gap     tip to gap     head-on        at 0.5 rad
-=====  =============  =============  =============  =============  =============
-1.0    0.98 to 0.99   0.98           0.97 to 0.99   0.98 to 0.99   0.98 to 0.99
-0.9    0.90           0.91           0.87           0.88 to 0.90   0.88 to 0.90
-0.7    0.74           0.78           0.74 to 0.75   0.68 to 0.72   0.68 to 0.72
-0.5    0.64           0.63 to 0.64   0.60 to 0.61   0.52 to 0.58   0.52 to 0.58
-=====  =============  =============  =============  =============  =============
+Where two grains meet tip to tip, gap to gap or tip to gap, measured:
 
-So 0.9 is met within 0.05, also 0.7 on a wall; 0.7 between discs within 0.1, 0.5 on a wall within
-0.1; and 0.5 between discs within 0.15: less is lost than asked for.
+=====  ============  ============  =================  =================
+asked  head-on       disc on wall  oblique, 0.3 rad,  oblique, 0.6 rad,
+                                   slowest            slowest
+=====  ============  ============  =================  =================
+1.0    0.97 to 0.99  0.98 to 0.99  0.98               0.97 to 0.98
+0.9    0.87 to 0.89  0.88 to 0.89  0.88 to 0.89       0.88 to 0.89
+0.7    0.68 to 0.70  0.68 to 0.70  0.67 to 0.69       0.68 to 0.71
+0.5    0.49 to 0.50  0.49 to 0.50  0.46 to 0.49       0.48 to 0.52
+0.3    0.29 to 0.30  0.29 to 0.30  0.25 to 0.30       0.29 to 0.31
+=====  ============  ============  =================  =================
 
-A disc of nodes is a cogwheel: where nodes of one do not meet nodes or gaps of the other, the force
-between two nodes points up to 30 degrees past the centres, and turns the discs even without
-friction.  Head-on and a quarter of a node off, 0.98 becomes 0.44 to 0.94 along the line of centres
-(the rest is spin), and oblique collisions give 0.27 to 1.02.  That is the shape of the surface and
-no loss; what is asserted there is that momentum is kept and energy is not gained.
+A disc of nodes is a cogwheel.  Elsewhere two of them meet at one node after another: each of these
+collisions has the restitution asked for, their sum need not have it, and has not for rigid bodies
+of the same shape either (0.58 for 0.5, and 0.37 for balls of 147 nodes).  So there rigid bodies are
+what deformable grains are compared with.  The same where nodes slide past each other by a tenth of
+their distance while they touch: fast and oblique.
 """
 
 from __future__ import annotations
 
-import itertools
-
 import numpy as np
 import pytest
 
-from support.clouds import Cloud, cloud, join, rotated
-from support.oracle import Solid
+from support.clouds import Cloud, cloud, disc, join, lattice, rotated
+from support.oracle import Array, Solid
 from support.runs import lps_words, number
 
 SOLID = Solid(bulk=30.0, shear=18.0, horizon=3.75, dimension=2)
+SOLID_3D = Solid(bulk=30.0, shear=18.0, horizon=2.5, dimension=3)
 REACH, DT = 0.95, 0.02
 RINGS = (1, 6, 12, 17, 23, 29, 35)  # nodes on circles of radius 0, 1, ... 6
 RADIUS = len(RINGS) - 1
 SPEEDS = (0.005, 0.03, 0.12)
 PHASES = {"tip to tip": (0.0, 0.0), "gap to gap": (0.5, 0.5), "tip to gap": (0.0, 0.5)}
-ALLOWED = {0.9: 0.05, 0.7: 0.1, 0.5: 0.15}  # measured, see above
+BETWEEN = {"quarter": (0.0, 0.25), "fifths": (0.1, 0.4)}
+VALUES = (0.9, 0.7, 0.5, 0.3)
+ALLOWED = 0.05  # what this law promises; measured: see above
 
 
 def round_disc(phase: float) -> np.ndarray:
@@ -52,33 +55,77 @@ def round_disc(phase: float) -> np.ndarray:
     return rotated(np.concatenate(parts), 2 * np.pi * phase / RINGS[-1])
 
 
-def discs(speed: float, angle: float, phases: tuple[float, float]) -> Cloud:
-    """Two discs a little apart along x, one the other in a mirror, on their way to each other."""
-    right = round_disc(phases[1]) * (-1, 1, 1) + (2 * RADIUS + REACH + 0.02, 0, 0)
-    parts = [cloud(round_disc(phases[0]), dimension=2), cloud(right, dimension=2, molecule=2)]
+def facing(left: Array, right: Array, speed: float, angle: float, turn: float = 0.0, **options):
+    """Two grains on their way to each other: the second at +x, then all turned in the plane."""
+    # as near as can be without a contact: no two nodes nearer than the contact distance
+    shift = 0.0
+    for x in left:
+        across = np.sum((right[:, 1:] - x[1:]) ** 2, axis=1)
+        reach = np.sqrt(np.maximum(REACH**2 - across, 0.0))
+        needed = np.where(across < REACH**2, x[0] + reach - right[:, 0], -np.inf)
+        shift = max(shift, float(needed.max()))
+    right = right + np.array([shift + 0.02, 0, 0])
     velocity = 0.5 * speed * np.array([np.cos(angle), np.sin(angle), 0.0])
-    parts[0].v[:], parts[1].v[:] = velocity, -velocity
+    parts = [cloud(left, **options), cloud(right, molecule=2, **options)]
+    total = sum(part.mass.sum() for part in parts)
+    for part, other, sign in ((parts[0], parts[1], 1), (parts[1], parts[0], -1)):
+        part.v[:] = sign * 2 * velocity * other.mass.sum() / total
+    for part in parts:
+        part.x[:] = rotated(part.x, turn)
+        part.reference[:], part.v[:] = part.x, rotated(part.v, turn)
     return join(*parts, margin=40)
 
 
-def collided(simulation, one: Cloud, restitution: float, speed: float, dt: float = DT):
-    sim = simulation().load(one, dimension=2)
+def discs(speed: float, angle: float, phases: tuple[float, float], turn: float = 0.0) -> Cloud:
+    """Two discs a little apart, one the other in a mirror."""
+    right = round_disc(phases[1]) * (-1, 1, 1)
+    return facing(round_disc(phases[0]), right, speed, angle, turn, dimension=2)
+
+
+def collided(
+    simulation, one: Cloud, restitution: float, speed: float, dt: float = DT, solid: Solid = SOLID
+):
+    sim = simulation().load(one, dimension=solid.dimension)
     return sim.commands(
         f"""
         pair_style hybrid/overlay peridem/lps peridem/contact
-        pair_coeff * * peridem/lps {lps_words(SOLID)}
+        pair_coeff * * peridem/lps {lps_words(solid)}
         pair_coeff * * peridem/contact radius {REACH} restitution {restitution}
         fix motion all nve
         timestep {number(dt)}
-        run {round((0.4 / speed + 30.0) / dt)} post no
+        run {round((0.6 / speed + 30.0) / dt)} post no
         """
     )
 
 
-def parting(simulation, restitution, speed, phases) -> float:
-    one = discs(speed, 0.0, phases)
-    v = collided(simulation, one, restitution, speed).atoms("v")[:, 0]
-    return float(v[one.molecule == 2].mean() - v[one.molecule == 1].mean()) / speed
+def motion(x: Array, v: Array, mass: Array) -> tuple[Array, Array, Array]:
+    """Velocity of the centre of mass, tensor of inertia and angular momentum of one grain."""
+    total = mass.sum()
+    arm, velocity = x - mass @ x / total, mass @ v / total
+    spin = (mass[:, None] * np.cross(arm, v - velocity)).sum(axis=0)
+    squares = np.einsum("i,ij,ik->jk", mass, arm, arm)
+    return velocity, np.trace(squares) * np.eye(3) - squares, spin
+
+
+def restitution_of(one: Cloud, x: Array, v: Array) -> float:
+    """Speed of parting over that of approach, on the line of the impulse between two grains."""
+    speeds = np.zeros(2)
+    states = []
+    for grain in (1, 2):
+        own = one.molecule == grain
+        mass = one.mass[own]
+        states.append([motion(one.x[own], one.v[own], mass), motion(x[own], v[own], mass)])
+    mass = one.mass[one.molecule == 2].sum()
+    impulse = mass * (states[1][1][0] - states[1][0][0])
+    size = np.linalg.norm(impulse)
+    for (before, after), sign in zip(states, (-1, 1), strict=True):
+        # the moment of the impulse about the centre is the change of the angular momentum
+        lever = (after[2] - before[2]) / size
+        for when, (velocity, inertia, spin) in enumerate((before, after)):
+            speeds[when] += sign * velocity @ impulse / size + lever @ np.linalg.solve(
+                inertia, spin
+            )
+    return -speeds[1] / speeds[0]
 
 
 def rebound(simulation, restitution, speed, angle, phase) -> float:
@@ -107,23 +154,155 @@ def rebound(simulation, restitution, speed, angle, phase) -> float:
 @pytest.mark.parametrize("phase", PHASES)
 @pytest.mark.parametrize("speed", SPEEDS)
 def test_discs_part_with_the_restitution_asked_for(speed, phase, simulation):
-    ratios = [parting(simulation, value, speed, PHASES[phase]) for value in (1.0, 0.9, 0.7, 0.5)]
-    assert 0.95 < ratios[0] <= 1.0  # without loss in the law, 3 parts in 100 stay as vibration
-    assert all(more > less for more, less in itertools.pairwise(ratios))
-    for (asked, allowed), got in zip(ALLOWED.items(), ratios[1:], strict=True):
-        assert got == pytest.approx(asked, abs=allowed)
+    for asked in (1.0, *VALUES):
+        one = discs(speed, 0.0, PHASES[phase])
+        sim = collided(simulation, one, asked, speed)
+        got = restitution_of(one, sim.atoms("x"), sim.atoms("v"))
+        assert got == pytest.approx(asked, abs=ALLOWED), asked
+
+
+@pytest.mark.parametrize("phase", PHASES)
+@pytest.mark.parametrize("angle", [0.3, 0.6])
+def test_oblique_collisions_have_the_restitution_asked_for(angle, phase, simulation):
+    speed = SPEEDS[0]  # at higher ones nodes slide past each other, see above
+    for asked in VALUES:
+        one = discs(speed, angle, PHASES[phase])
+        sim = collided(simulation, one, asked, speed)
+        got = restitution_of(one, sim.atoms("x"), sim.atoms("v"))
+        assert got == pytest.approx(asked, abs=ALLOWED), asked
+
+
+@pytest.mark.parametrize("angle", [0.0, 0.3])
+def test_the_direction_of_the_pair_does_not_matter(angle, simulation):
+    speed, found = SPEEDS[1], []
+    for turn in (0.0, 0.4):
+        one = discs(speed, angle, BETWEEN["fifths"], turn)
+        sim = collided(simulation, one, 0.5, speed)
+        found.append(restitution_of(one, sim.atoms("x"), sim.atoms("v")))
+    # the same scene in other coordinates; rounding grows while nodes rattle
+    assert found[1] == pytest.approx(found[0], abs=1e-6)
+    assert found[0] == pytest.approx(0.5, abs=ALLOWED)
+
+
+def rigid(simulation, one: Cloud, restitution: float, speed: float, solid: Solid = SOLID) -> float:
+    """The same collision of rigid bodies."""
+    sim = simulation().load(one, dimension=solid.dimension)
+    sim.commands(
+        f"""
+        comm_modify cutoff 20
+        pair_style peridem/contact
+        pair_coeff * * modulus {solid.bulk} radius {REACH} restitution {restitution}
+        fix motion all rigid/nve/small molecule
+        timestep {DT}
+        run {round((0.6 / speed + 30.0) / DT)} post no
+        """
+    )
+    return restitution_of(one, sim.atoms("x"), sim.atoms("v"))
+
+
+@pytest.mark.parametrize("phase", BETWEEN)
+@pytest.mark.parametrize("angle", [0.0, 0.6])
+def test_cogwheels_part_as_rigid_ones_do(angle, phase, simulation):
+    speed = SPEEDS[0]
+    one = discs(speed, angle, BETWEEN[phase])
+    for asked in (0.7, 0.5):
+        sim = collided(simulation, one, asked, speed)
+        got = restitution_of(one, sim.atoms("x"), sim.atoms("v"))
+        assert got == pytest.approx(rigid(simulation, one, asked, speed), abs=ALLOWED), asked
+
+
+def test_rigid_grains_that_meet_once_part_exactly_as_asked(simulation):
+    """A node of one on a node of the other, off centre: the closed form."""
+    one = discs(SPEEDS[0], 0.6, BETWEEN["quarter"])
+    for asked in (1.0, *VALUES):
+        # some 200 steps of contact, with velocities half a step behind: measured 0.001
+        assert rigid(simulation, one, asked, SPEEDS[0]) == pytest.approx(asked, abs=0.003)
 
 
 @pytest.mark.parametrize("angle", [0.0, 0.5])
 @pytest.mark.parametrize("speed", SPEEDS)
 def test_a_disc_leaves_a_wall_with_the_restitution_asked_for(speed, angle, simulation):
     for phase in (0.0, 0.5):
-        ratios = [rebound(simulation, value, speed, angle, phase) for value in (1.0, 0.9, 0.7, 0.5)]
-        assert 0.95 < ratios[0] <= 1.0
-        assert all(more > less for more, less in itertools.pairwise(ratios))
-        # measured, see above
-        for asked, allowed, got in zip((0.9, 0.7, 0.5), (0.05, 0.05, 0.1), ratios[1:], strict=True):
-            assert got == pytest.approx(asked, abs=allowed)
+        for asked in (1.0, *VALUES):
+            got = rebound(simulation, asked, speed, angle, phase)
+            assert got == pytest.approx(asked, abs=ALLOWED), asked
+
+
+def hexagon(rings: int = 6) -> Array:
+    """A hexagon of a triangular lattice, a corner at +x; 127 nodes."""
+    a, b = np.meshgrid(*2 * [np.arange(-rings, rings + 1.0)])
+    inside = np.abs(a + b) <= rings
+    a, b = a[inside], b[inside]
+    return np.column_stack([a + 0.5 * b, np.sqrt(0.75) * b, 0 * a])
+
+
+SHAPES = {
+    "lattice discs": (disc(6.2), disc(6.2)),
+    "large and small": (disc(8.1), disc(4.1)),
+    "corner on corner": (hexagon(), hexagon()),
+    "corner on face": (hexagon(), rotated(hexagon(), np.pi / 6)),
+    "corner off centre": (hexagon(), rotated(hexagon(), np.pi / 6) + np.array([0, 2.2, 0])),
+}
+
+
+@pytest.mark.parametrize("shape", SHAPES)
+def test_grains_of_other_shapes_have_the_restitution_asked_for(shape, simulation):
+    speed = SPEEDS[1]
+    for asked in (1.0, 0.9, 0.5):
+        one = facing(*SHAPES[shape], speed, 0.0, dimension=2)
+        sim = collided(simulation, one, asked, speed)
+        got = restitution_of(one, sim.atoms("x"), sim.atoms("v"))
+        assert got == pytest.approx(asked, abs=ALLOWED), asked
+
+
+def test_slender_bars_keep_more_as_vibration(simulation):
+    """The end of one hits the middle of the other, which bends: 0.51 without loss in the law."""
+    got = []
+    for asked in (1.0, 0.9, 0.5):
+        one = facing(lattice((16, 4)), lattice((4, 16)), SPEEDS[1], 0.0, dimension=2)
+        sim = collided(simulation, one, asked, SPEEDS[1])
+        got.append(restitution_of(one, sim.atoms("x"), sim.atoms("v")))
+        assert got[-1] < asked + ALLOWED
+    assert got[0] > got[1] > got[2] > 0.2
+
+
+@pytest.mark.parametrize(("tilt", "angle"), [(0.0, 0.0), (0.0, 0.2), (0.3, 0.0), (0.3, 0.2)])
+def test_balls_part_as_rigid_ones_do(tilt, angle, simulation):
+    points = lattice((7, 7, 7))
+    ball = points[np.linalg.norm(points, axis=1) < 3.2]
+    speed = 0.01
+    one = facing(ball, rotated(ball, tilt, (0, 1, 1)), speed, angle)
+    for asked in (0.7, 0.5):
+        sim = collided(simulation, one, asked, speed, solid=SOLID_3D)
+        got = restitution_of(one, sim.atoms("x"), sim.atoms("v"))
+        assert got == pytest.approx(rigid(simulation, one, asked, speed, SOLID_3D), abs=ALLOWED)
+        if tilt == 0.0:  # one node on one node
+            assert got == pytest.approx(asked, abs=ALLOWED)
+
+
+def meshed_disc() -> Cloud:
+    """Nodes of a gmsh mesh about as fine as the rings, with their own volumes."""
+    from peridem import cloud as clouds
+    from peridem import shapes
+
+    mesh = clouds.mesh(shapes.circle(RADIUS), 1.08)
+    x = np.zeros((len(mesh.volumes), 3))
+    x[:, :2] = np.asarray(mesh.nodes)[:, :2]
+    return cloud(x, volume=mesh.volumes, dimension=2)
+
+
+def test_discs_of_a_mesh_have_the_restitution_asked_for(simulation):
+    """Of unlike nodes, each with its own volume, and a horizon of three and a half spacings."""
+    disc_of_mesh = meshed_disc()
+    volume = np.tile(disc_of_mesh.volume, 2)
+    assert 100 < disc_of_mesh.n < 150
+    speed = SPEEDS[1]
+    for asked in (1.0, 0.9, 0.7, 0.5):
+        one = facing(disc_of_mesh.x, disc_of_mesh.x * (-1, 1, 1), speed, 0.0, dimension=2)
+        one.volume[:] = volume
+        sim = collided(simulation, one, asked, speed)
+        got = restitution_of(one, sim.atoms("x"), sim.atoms("v"))
+        assert got == pytest.approx(asked, abs=ALLOWED), asked
 
 
 @pytest.mark.parametrize("restitution", [1.0, 0.7])
@@ -140,7 +319,7 @@ def test_oblique_collisions_keep_momentum_and_gain_no_energy(phases, restitution
     assert np.cross(x, v).sum(axis=0)[2] == pytest.approx(spin, abs=1e-11 * scale * RADIUS)
     before, after = 0.5 * np.sum(one.v**2), sim.thermo("ke") + sim.thermo("pe")
     turned = v[one.molecule == 2].mean(axis=0) - one.v[one.molecule == 2][0]
-    assert turned[0] > 0.3 * speed  # they did collide
+    assert np.linalg.norm(turned) > 0.3 * speed  # they did collide
     # the drift of the integrator, and real loss where it was asked for
     assert after < before * (1.0 + 1e-3)
     assert (after < 0.9 * before) == (restitution < 1.0)
