@@ -1,7 +1,8 @@
-"""Clouds of nodes: the mesh of a grain, with a volume for each node.
+"""Clouds of nodes: the mesh or the lattice of a grain, with a volume for each node.
 
-A node carries its share of every cell around it (lumped volumes: a third of a triangle's area, a
-quarter of a tetrahedron's volume). The cells are kept for drawing, not for computing.
+A node of a mesh carries its share of every cell around it (lumped volumes: a third of a triangle's
+area, a quarter of a tetrahedron's volume), or what is nearer to it than to any other node (Voronoi
+volumes). The cells are kept for drawing, not for computing.
 """
 
 from __future__ import annotations
@@ -16,19 +17,20 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.spatial import cKDTree
 
-from peridem.shapes import Outline
+from peridem.outline import Outline
+from peridem.solid import Solid, rotation_matrix
 
 Array = NDArray[np.float64]
 Cells = NDArray[np.int64]
 
-_CELL_TYPES = {"triangle": 2, "tetra": 3}
+VOLUMES = ("lumped", "voronoi")
 
 
 @dataclass(frozen=True, eq=False)
 class Cloud:
     """The nodes and cells of one grain in its reference position.
 
-    Make one with :func:`mesh`, :func:`read` or :func:`from_cells`, which check it.
+    Make one with :func:`mesh`, :func:`lattice`, :func:`read` or :func:`from_cells`, which check it.
 
     Attributes:
         name: what it is called in files and messages.
@@ -36,6 +38,7 @@ class Cloud:
         volumes: (n,) volumes; areas in 2D.
         cells: (m, d + 1) triangles or tetrahedra, positively oriented, as rows of node numbers.
         surface: (n,) whether a node lies on the boundary of the mesh.
+        tags: (m,) number of the group of each cell, as the mesh file has it; 0 without groups.
     """
 
     name: str
@@ -43,6 +46,7 @@ class Cloud:
     volumes: Array
     cells: Cells
     surface: NDArray[np.bool_]
+    tags: NDArray[np.int64] | None = None
 
     @property
     def dimension(self) -> int:
@@ -65,51 +69,130 @@ class Cloud:
         return unique_faces(self.cells, 2)[0]
 
     @property
+    def measure(self) -> float:
+        """All volumes together; the area in 2D."""
+        return float(self.volumes.sum())
+
+    @property
     def centroid(self) -> Array:
         """Centre of volume, (d,)."""
         return np.asarray(self.volumes @ self.nodes / self.volumes.sum())
 
-    def placed(self, position: ArrayLike = 0.0, angle: float = 0.0, scale: float = 1.0) -> Cloud:
-        """The cloud scaled and turned (in the x-y plane) about the origin, then moved."""
-        if not (math.isfinite(scale) and scale > 0.0):
-            raise ValueError(f"cloud '{self.name}': scale must be above 0, not {scale}")
-        c, s = math.cos(angle), math.sin(angle)
-        nodes = scale * self.nodes
-        nodes[:, :2] = nodes[:, :2] @ np.array([[c, s], [-s, c]])
-        return replace(
-            self,
-            nodes=nodes + np.asarray(position, dtype=float),
-            volumes=self.volumes * scale**self.dimension,
-        )
+    @property
+    def moments(self) -> Array:
+        """Second moments of the nodes about the centroid, sum of V (r - c)(r - c)', (d, d)."""
+        arm = self.nodes - self.centroid
+        return np.asarray((self.volumes[:, None] * arm).T @ arm)
+
+    # ---- the same elsewhere ----------------------------------------------------------------------
+
+    def placed(
+        self, position: ArrayLike = 0.0, angle: ArrayLike = 0.0, scale: float = 1.0
+    ) -> Cloud:
+        """The cloud scaled and turned about the origin, then moved.
+
+        Args:
+            position: (d,) how far it is moved.
+            angle: in radians about z, or in 3D a rotation vector, (3,).
+            scale: how much larger.
+        """
+        return self.scaled(scale).rotated(angle).moved(position)
+
+    def moved(self, shift: ArrayLike) -> Cloud:
+        """The cloud moved by a vector, (d,)."""
+        return replace(self, nodes=self.nodes + np.asarray(shift, dtype=float))
+
+    def rotated(self, angle: ArrayLike) -> Cloud:
+        """The cloud turned about the origin: an angle about z, or a rotation vector, (3,)."""
+        turn = rotation_matrix(angle, self.dimension)
+        return replace(self, nodes=self.nodes @ turn.T)
+
+    def scaled(self, factor: ArrayLike) -> Cloud:
+        """The cloud stretched from the origin: one factor, or one for each axis, (d,)."""
+        factors = np.broadcast_to(np.asarray(factor, dtype=float), (self.dimension,))
+        if not (np.isfinite(factors).all() and (factors > 0.0).all()):
+            raise ValueError(f"cloud '{self.name}': scale must be above 0, not {factor!r}")
+        volumes = self.volumes * float(np.prod(factors))
+        return replace(self, nodes=self.nodes * factors, volumes=volumes)
+
+    def mirrored(self, axis: int = 0) -> Cloud:
+        """The mirror image: the coordinate ``axis`` (0 for x) changes sign."""
+        if not 0 <= axis < self.dimension:
+            raise ValueError(
+                f"cloud '{self.name}': axis must be below {self.dimension}, not {axis}"
+            )
+        sign = np.ones(self.dimension)
+        sign[axis] = -1.0
+        cells = self.cells.copy()
+        cells[:, [0, 1]] = cells[:, [1, 0]]
+        return replace(self, nodes=self.nodes * sign, cells=cells)
+
+    def with_measure(self, measure: float) -> Cloud:
+        """The cloud with all volumes scaled so that they add up to an area or volume."""
+        if not (math.isfinite(measure) and measure > 0.0):
+            raise ValueError(f"cloud '{self.name}': measure must be above 0, not {measure}")
+        return replace(self, volumes=self.volumes * (measure / self.volumes.sum()))
 
     def write(self, path: str | Path) -> None:
-        """Write nodes and cells to a file of any kind that meshio knows by its ending."""
-        import meshio
+        """Write nodes and cells to a file (see :func:`peridem.meshfile.write_mesh`)."""
+        from peridem.meshfile import write_mesh
 
-        points = np.zeros((len(self.nodes), 3))
-        points[:, : self.dimension] = self.nodes
-        kind = {2: "triangle", 3: "tetra"}[self.dimension]
-        mesh = meshio.Mesh(points, [(kind, self.cells)])
-        path = Path(path)
-        if path.suffix == ".msh":
-            tags = [np.ones(len(self.cells), dtype=np.int64)]
-            mesh.cell_data = {"gmsh:physical": tags, "gmsh:geometrical": tags}
-            meshio.write(path, mesh, file_format="gmsh22", binary=False)
-        else:
-            meshio.write(path, mesh)
+        write_mesh(self, path)
 
 
-def from_cells(nodes: ArrayLike, cells: ArrayLike, name: str = "cloud") -> Cloud:
+def from_cells(
+    nodes: ArrayLike,
+    cells: ArrayLike,
+    name: str = "cloud",
+    volumes: str | ArrayLike = "lumped",
+    tags: ArrayLike | None = None,
+) -> Cloud:
     """A checked cloud from nodes, (n, d), and triangles or tetrahedra, (m, d + 1).
 
     If every cell has the opposite orientation all of them are turned round. Nodes that no cell uses
     (such as construction points of a mesh file) carry no volume and are left out with a warning.
+
+    Args:
+        nodes: positions.
+        cells: rows of node numbers, from 0.
+        name: what it is called in files and messages.
+        volumes: "lumped", "voronoi", or the volume of each node, (n,).
+        tags: (m,) number of the group of each cell.
 
     Raises:
         ValueError: arrays of the wrong shape, values that are not finite, cells that are empty,
             inverted against the others or given twice, nodes at one place. Numbers in the messages
             count from 1 in the given order.
     """
+    x, c = _checked_arrays(nodes, cells, name)
+    c, size = _checked_cells(x, c, name)
+    given = _given_volumes(volumes, len(x), name)
+    used = np.unique(c)
+    if len(used) < len(x):
+        unused = np.setdiff1d(np.arange(len(x)), used)
+        warnings.warn(
+            f"cloud '{name}': {_listed('node', unused)} in no cell, left out", stacklevel=2
+        )
+        c, x = np.searchsorted(used, c), x[used]
+        given = None if given is None else given[used]
+    faces, count = unique_faces(c, c.shape[1] - 1)
+    if count.max() > 2:
+        raise ValueError(f"cloud '{name}': a side is shared by {count.max()} cells; 2 at most")
+    surface = np.zeros(len(x), dtype=bool)
+    surface[faces[count == 1]] = True
+    if given is None:
+        given = _lumped(len(x), c, size) if volumes == "lumped" else _voronoi(x, c)
+    group = None if tags is None else np.array(tags, dtype=np.int64)
+    cloud = Cloud(name, x, given, c, surface, group)
+    typical = float(np.median(_lumped(len(x), c, size))) ** (1.0 / cloud.dimension)
+    if cloud.spacing <= 1e-6 * typical:
+        nearest = cKDTree(x).query(x, k=2)[0][:, 1]
+        close = used[np.flatnonzero(nearest <= 1e-6 * typical)]
+        raise ValueError(f"cloud '{name}': {_listed('node', close)} at the place of another")
+    return cloud
+
+
+def _checked_arrays(nodes: ArrayLike, cells: ArrayLike, name: str) -> tuple[Array, Cells]:
     x = np.array(nodes, dtype=float)
     c = np.array(cells, dtype=np.int64)
     if x.ndim != 2 or x.shape[1] not in (2, 3) or c.ndim != 2 or c.shape[1] != x.shape[1] + 1:
@@ -124,9 +207,12 @@ def from_cells(nodes: ArrayLike, cells: ArrayLike, name: str = "cloud") -> Cloud
     if not np.isfinite(x).all():
         bad = np.flatnonzero(~np.isfinite(x).all(axis=1))
         raise ValueError(f"cloud '{name}': {_listed('node', bad)} not finite")
+    return x, c
 
-    ordered = np.sort(c, axis=1)
-    twice = np.flatnonzero(_repeats(ordered))
+
+def _checked_cells(x: Array, c: Cells, name: str) -> tuple[Cells, Array]:
+    """The cells, positively oriented, and their volumes."""
+    twice = np.flatnonzero(_repeats(np.sort(c, axis=1)))
     if len(twice):
         raise ValueError(f"cloud '{name}': {_listed('cell', twice)} given twice")
     volume = _signed_volumes(x, c)
@@ -139,139 +225,148 @@ def from_cells(nodes: ArrayLike, cells: ArrayLike, name: str = "cloud") -> Cloud
     inverted = np.flatnonzero(volume < 0)
     if len(inverted):
         raise ValueError(f"cloud '{name}': {_listed('cell', inverted)} inverted against the others")
-
-    used = np.unique(c)
-    if len(used) < len(x):
-        unused = np.setdiff1d(np.arange(len(x)), used)
-        warnings.warn(
-            f"cloud '{name}': {_listed('node', unused)} in no cell, left out", stacklevel=2
-        )
-        c = np.searchsorted(used, c)
-        x = x[used]
-    faces, count = unique_faces(c, c.shape[1] - 1)
-    if count.max() > 2:
-        raise ValueError(f"cloud '{name}': a side is shared by {count.max()} cells; 2 at most")
-    surface = np.zeros(len(x), dtype=bool)
-    surface[faces[count == 1]] = True
-    lumped = np.zeros(len(x))
-    np.add.at(lumped, c, (volume / c.shape[1])[:, None])
-    cloud = Cloud(name, x, lumped, c, surface)
-    size = float(np.median(cloud.cell_sizes))
-    if cloud.spacing <= 1e-6 * size:
-        nearest = cKDTree(x).query(x, k=2)[0][:, 1]
-        close = np.flatnonzero(nearest <= 1e-6 * size)
-        raise ValueError(f"cloud '{name}': {_listed('node', close)} at the place of another")
-    return cloud
+    return c, volume
 
 
-def read(path: str | Path, name: str = "") -> Cloud:
-    """A cloud from a mesh file (.msh, .vtu, .inp and whatever else meshio reads).
+def _given_volumes(volumes: str | ArrayLike, n: int, name: str) -> Array | None:
+    if isinstance(volumes, str):
+        if volumes not in VOLUMES:
+            raise ValueError(
+                f"cloud '{name}': volumes must be {' or '.join(VOLUMES)}, not '{volumes}'"
+            )
+        return None
+    given = np.array(volumes, dtype=float)
+    if given.shape != (n,):
+        raise ValueError(f"cloud '{name}': {n} nodes with volumes of the shape {given.shape}")
+    bad = np.flatnonzero(~(np.isfinite(given) & (given > 0.0)))
+    if len(bad):
+        raise ValueError(f"cloud '{name}': {_listed('node', bad)} without a volume above 0")
+    return given
 
-    The highest-dimensional cells count: tetrahedra, else triangles, which must be flat
-    in z.
+
+def _lumped(n: int, cells: Cells, size: Array) -> Array:
+    volumes = np.zeros(n)
+    np.add.at(volumes, cells, (size / cells.shape[1])[:, None])
+    return volumes
+
+
+def _voronoi(nodes: Array, cells: Cells) -> Array:
+    from peridem.voronoi import voronoi_volumes
+
+    return voronoi_volumes(nodes, cells)
+
+
+def read(
+    path: str | Path, name: str = "", volumes: str = "lumped", spacing: float | None = None
+) -> Cloud:
+    """A cloud from a mesh file (.msh, .vtu, .inp, .stl and whatever else meshio reads).
+
+    The highest-dimensional cells count: tetrahedra, else triangles (hexahedra and
+    quadrilaterals are divided into them). Triangles that lie in one plane z = constant are a
+    cloud in the plane; triangles that do not, as in an .stl file, are the surface of a solid,
+    which gmsh fills.
+
+    Args:
+        path: the file.
+        name: of the cloud; the file's without ending if left out.
+        volumes: "lumped", "voronoi", or "file": the point data named ``volume``.
+        spacing: of the nodes, for a file that holds a surface.
 
     Raises:
         FileNotFoundError: there is no such file.
-        ValueError: it is not a mesh, or has no triangles and no tetrahedra, or :func:`from_cells`
-            refuses it.
+        ValueError: it is not a mesh, or has no triangles and no tetrahedra, or is a surface and
+            there is no spacing, or :func:`from_cells` refuses it.
     """
-    import meshio
+    from peridem import meshfile
 
     path = Path(path)
     name = name or path.stem
-    if not path.is_file():
-        raise FileNotFoundError(f"no mesh file {path}")
+    found = meshfile.read_mesh(path)
+    d = found.cells.shape[1] - 1
+    if d == 2:
+        corners = found.points[np.unique(found.cells)]
+        if np.ptp(corners[:, 2]) > 1e-9 * np.ptp(corners[:, :2]):
+            return _filled(path, name, volumes, spacing)
+    if spacing is not None:
+        raise ValueError(f"{path} holds cells, not a surface: its spacing is what it is")
+    if volumes == "file" and found.volumes is None:
+        raise ValueError(f"{path} has no point data named 'volume'")
+    by = found.volumes if volumes == "file" and found.volumes is not None else volumes
     try:
-        # meshio would try other programs' .msh too, and print what it thinks of it
-        mesh = meshio.read(path, "gmsh" if path.suffix == ".msh" else None)
-    except (meshio.ReadError, KeyError, ValueError, SystemExit) as error:
-        raise ValueError(f"{path} cannot be read as a mesh: {error}") from error
-    found = {block.type for block in mesh.cells}
-    for kind in ("tetra", "triangle"):
-        if kind in found:
-            cells = np.vstack([block.data for block in mesh.cells if block.type == kind])
-            break
-    else:
+        return from_cells(found.points[:, :d], found.cells, name, by, found.tags)
+    except ValueError as error:
+        raise ValueError(f"{path}: {error}") from error
+
+
+def _filled(path: Path, name: str, volumes: str, spacing: float | None) -> Cloud:
+    from peridem import shapes
+
+    if spacing is None:
         raise ValueError(
-            f"{path} has cells of the kinds {', '.join(sorted(found)) or 'none'}; "
-            "triangles or tetrahedra needed"
+            f"{path} is curved: a mesh of triangles must lie in one plane, or be a closed surface "
+            "to fill with tetrahedra; give a spacing for that"
         )
-    d = _CELL_TYPES[kind]
-    points = np.asarray(mesh.points, dtype=float)
-    if d == 2 and points.shape[1] == 3:
-        flat = points[np.unique(cells)]
-        if np.ptp(flat[:, 2]) > 1e-9 * np.ptp(flat[:, :2]):
-            raise ValueError(f"{path} is curved: a mesh of triangles must lie in one plane")
-    return from_cells(points[:, :d], cells, name)
+    return mesh(shapes.stl(path, name), spacing, volumes)
 
 
-def mesh(outline: Outline, spacing: float) -> Cloud:
-    """Mesh an outline with gmsh at a node spacing.
+def mesh(
+    shape: Outline | Solid, spacing: float, volumes: str = "lumped", exact: bool = False
+) -> Cloud:
+    """Mesh a shape with gmsh at a node spacing.
 
-    Nodes sit on the outline, evenly divided (see :meth:`Outline.boundary`), and inside it about
-    ``spacing`` apart. The same outline and spacing give the same mesh, node for node.
+    Nodes sit on the boundary, evenly divided, and inside about ``spacing`` apart. The same shape
+    and spacing give the same mesh, node for node.
+
+    Args:
+        shape: an outline or a solid.
+        spacing: wanted distance of neighbouring nodes.
+        volumes: "lumped" or "voronoi".
+        exact: scale all volumes so that they add up to the area or volume of the shape; a mesh lies
+            inside a curved boundary and falls short of it.
 
     Raises:
-        ValueError: a spacing that is not positive or too coarse to mesh the outline.
+        ValueError: a spacing that is not positive or too coarse to mesh the shape.
         RuntimeError: gmsh cannot be loaded, or fails.
     """
-    x_low, x_high, y_low, y_high = outline.bounds
-    size = min(x_high - x_low, y_high - y_low)
+    from peridem import gmsh_mesh
+
+    low, high = shape.extent
+    size = float((high - low).min())
     if not (math.isfinite(spacing) and 0.0 < spacing <= 0.5 * size):
         raise ValueError(
-            f"mesh of '{outline.name}': spacing must be above 0 and at most half of its width "
+            f"mesh of '{shape.name}': spacing must be above 0 and at most half of its width "
             f"{size:g}, not {spacing:g}"
         )
-    boundary = outline.boundary(spacing)
-    nodes, cells = _gmsh_fill(boundary / size, spacing / size, outline.name)
-    return from_cells(nodes * size, cells, outline.name)
+    if isinstance(shape, Outline):
+        nodes, cells = gmsh_mesh.fill_outline(shape, spacing)
+    else:
+        nodes, cells = gmsh_mesh.fill_solid(shape, spacing)
+    made = from_cells(nodes, cells, shape.name, volumes)
+    return made.with_measure(shape.measure) if exact else made
 
 
-def _gmsh_fill(boundary: Array, spacing: float, name: str) -> tuple[Array, Cells]:
-    """Triangles inside a closed row of points that stay the only ones on the boundary."""
-    try:
-        import gmsh
-    except OSError as error:  # a library of the system is missing
-        raise RuntimeError(
-            f"gmsh cannot be loaded: {error}. The system packages that it needs are listed in "
-            "python/system-packages.txt"
-        ) from error
-    # interruptible would take the signals of the whole process
-    gmsh.initialize(readConfigFiles=False, interruptible=False)
-    try:
-        set_number = gmsh.option.setNumber
-        set_number("General.Verbosity", 1)
-        set_number("General.NumThreads", 1)
-        set_number("Mesh.RandomSeed", 1)
-        set_number("Mesh.Algorithm", 6)  # frontal Delaunay: nearly equilateral triangles
-        set_number("Mesh.Smoothing", 20)
-        set_number("Mesh.MeshSizeExtendFromBoundary", 0)
-        set_number("Mesh.MeshSizeFromPoints", 0)
-        set_number("Mesh.MeshSizeMin", spacing)
-        set_number("Mesh.MeshSizeMax", spacing)
-        gmsh.model.add(name)
-        geo = gmsh.model.geo
-        points = [geo.addPoint(x, y, 0.0) for x, y in boundary]
-        lines = [geo.addLine(a, b) for a, b in zip(points, points[1:] + points[:1], strict=True)]
-        geo.addPlaneSurface([geo.addCurveLoop(lines)])
-        for line in lines:
-            geo.mesh.setTransfiniteCurve(line, 2)  # no further node between two points
-        geo.synchronize()
-        gmsh.model.mesh.generate(2)
-        tags, coordinates, _ = gmsh.model.mesh.getNodes()
-        kinds, _, connections = gmsh.model.mesh.getElements(2)
-        if list(kinds) != [2]:
-            raise RuntimeError(f"gmsh made no triangles of '{name}'")
-        order = np.argsort(tags)
-        nodes = np.asarray(coordinates).reshape(-1, 3)[order, :2]
-        cells = np.searchsorted(tags[order], np.asarray(connections[0]).reshape(-1, 3))
-        return nodes, cells.astype(np.int64)
-    except RuntimeError:
-        raise
-    except Exception as error:  # gmsh raises plain Exception
-        raise RuntimeError(f"gmsh could not mesh '{name}': {error}") from error
-    finally:
-        gmsh.finalize()
+def lattice(shape: Outline | Solid, spacing: float, kind: str = "") -> Cloud:
+    """The sites of a regular lattice inside a shape.
+
+    Each node carries the same volume, and all together the shape's. Nodes are the more regular, and
+    the boundary the rougher, than with :func:`mesh`; which is better depends on the question. Cells
+    join neighbouring sites, so they do not reach the boundary.
+
+    Args:
+        shape: an outline or a solid.
+        spacing: distance of nearest neighbours.
+        kind: "square" (default) or "hexagonal" in the plane, "cubic" (default) or "fcc" in space.
+
+    Raises:
+        ValueError: a wrong kind or spacing, or too few sites inside.
+    """
+    from peridem import lattice as lattices
+
+    kind = kind or {2: "square", 3: "cubic"}[shape.dimension]
+    nodes, surface = lattices.sites(shape, spacing, kind)
+    cells = lattices.cells_between(nodes, spacing, shape)
+    share = np.full(len(nodes), shape.measure / len(nodes))
+    return Cloud(shape.name, nodes, share, cells, surface)
 
 
 def _signed_volumes(nodes: Array, cells: Cells) -> Array:

@@ -1,227 +1,67 @@
-"""Outlines of grains in the plane.
+"""The named shapes: outlines in the plane and solids in space.
 
-An :class:`Outline` is a simple polygon, or a circle. Lengths are in whatever unit the scene uses,
-angles in radians, counter-clockwise. The named shapes are centred on the origin and sized by the
-radius of the circle around them, so that grains of one radius take about the same room.
+Lengths are in whatever unit the scene uses, angles in radians, counter-clockwise. The shapes are
+centred on the origin; those named by one ``radius`` are sized by the circle or sphere around them,
+so that grains of one radius take about the same room.
 """
 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from peridem.outline import Outline, _positive
+from peridem.solid import Cylinder, Ellipsoid, Polyhedron, Solid, hull_of, solid
+
+__all__ = [
+    "NAMED",
+    "Outline",
+    "Shape",
+    "Solid",
+    "annulus",
+    "circle",
+    "cuboid",
+    "cylinder",
+    "drum",
+    "ellipse",
+    "ellipsoid",
+    "hexagon",
+    "irregular",
+    "irregular_solid",
+    "named",
+    "polygon",
+    "polyhedron",
+    "rectangle",
+    "regular_polygon",
+    "sphere",
+    "star",
+    "stl",
+    "triangle",
+]
+
 Array = NDArray[np.float64]
+Shape = Outline | Solid
 
 
-@dataclass(frozen=True, eq=False)
-class Outline:
-    """A simple closed polygon, or a circle.
-
-    Attributes:
-        name: what it is called in file names and messages.
-        vertices: (n, 2) corners in counter-clockwise order; for a circle its centre, (1, 2).
-        radius: of the circle; 0 for a polygon.
-
-    Raises:
-        ValueError: fewer than three corners, corners that coincide, sides that cross, a circle
-            without a positive radius, or values that are not finite.
-    """
-
-    name: str
-    vertices: Array
-    radius: float = 0.0
-
-    def __post_init__(self) -> None:
-        vertices = np.array(self.vertices, dtype=float)
-        if vertices.ndim != 2 or vertices.shape[1] != 2 or not np.isfinite(vertices).all():
-            raise ValueError(
-                f"outline '{self.name}': vertices must be finite and of shape (n, 2), "
-                f"not {vertices.shape}"
-            )
-        if len(vertices) == 1:
-            _positive(self.name, "radius", self.radius)
-        elif len(vertices) < 3:
-            raise ValueError(f"outline '{self.name}': {len(vertices)} corners, at least 3 needed")
-        else:
-            if self.radius != 0.0:
-                raise ValueError(f"outline '{self.name}': a polygon has radius 0")
-            vertices = self._checked_polygon(vertices)
-        vertices.setflags(write=False)
-        object.__setattr__(self, "vertices", vertices)
-
-    def _checked_polygon(self, vertices: Array) -> Array:
-        sides = np.roll(vertices, -1, axis=0) - vertices
-        size = np.ptp(vertices, axis=0).max()
-        short = np.flatnonzero(np.hypot(*sides.T) <= 1e-9 * size)
-        if len(short):
-            raise ValueError(
-                f"outline '{self.name}': corner {short[0] + 1} coincides with the next one"
-            )
-        n = len(vertices)
-        i, j = np.triu_indices(n, 2)
-        apart = ~((i == 0) & (j == n - 1))  # neighbours share a corner and do not count
-        i, j = i[apart], j[apart]
-        end = np.roll(vertices, -1, axis=0)
-        crossing = _segments_cross(vertices[i], end[i], vertices[j], end[j])
-        if crossing.any():
-            k = int(np.flatnonzero(crossing)[0])
-            raise ValueError(
-                f"outline '{self.name}': sides {i[k] + 1} and {j[k] + 1} cross each other"
-            )
-        return vertices if _signed_area(vertices) > 0 else vertices[::-1].copy()
-
-    @property
-    def is_circle(self) -> bool:
-        """Whether this is a circle."""
-        return len(self.vertices) == 1
-
-    @property
-    def area(self) -> float:
-        """Enclosed area."""
-        if self.is_circle:
-            return math.pi * self.radius**2
-        return _signed_area(self.vertices)
-
-    @property
-    def perimeter(self) -> float:
-        """Length of the outline."""
-        if self.is_circle:
-            return 2.0 * math.pi * self.radius
-        return float(np.hypot(*(np.roll(self.vertices, -1, axis=0) - self.vertices).T).sum())
-
-    @property
-    def centroid(self) -> Array:
-        """Centre of area, (2,)."""
-        if self.is_circle:
-            return np.array(self.vertices[0])
-        a, b = self.vertices, np.roll(self.vertices, -1, axis=0)
-        cross = a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]
-        return np.asarray(((a + b) * cross[:, None]).sum(axis=0) / (3.0 * cross.sum()))
-
-    @property
-    def bounds(self) -> tuple[float, float, float, float]:
-        """Smallest and largest x, smallest and largest y."""
-        low = self.vertices.min(axis=0) - self.radius
-        high = self.vertices.max(axis=0) + self.radius
-        return float(low[0]), float(high[0]), float(low[1]), float(high[1])
-
-    @property
-    def reach(self) -> float:
-        """Largest distance of a point of the outline from the origin."""
-        return float(np.hypot(*self.vertices.T).max()) + self.radius
-
-    def placed(
-        self, position: ArrayLike = (0.0, 0.0), angle: float = 0.0, scale: float = 1.0
-    ) -> Outline:
-        """The same outline scaled and turned about the origin, then moved by ``position``, (2,)."""
-        _positive(self.name, "scale", scale)
-        c, s = math.cos(angle), math.sin(angle)
-        vertices = scale * self.vertices @ np.array([[c, s], [-s, c]]) + np.asarray(position, float)
-        vertices.setflags(write=False)
-        placed = object.__new__(Outline)  # as valid as this one: not checked again
-        for what, value in (
-            ("name", self.name),
-            ("vertices", vertices),
-            ("radius", scale * self.radius),
-        ):
-            object.__setattr__(placed, what, value)
-        return placed
-
-    def boundary(self, spacing: float) -> Array:
-        """Points along the outline, (n, 2), counter-clockwise, about ``spacing`` apart.
-
-        A polygon keeps its corners and each side is divided evenly; a circle is divided evenly, so
-        that the polygon through the points lies inside the circle.
-        """
-        _positive(self.name, "spacing", spacing)
-        if self.is_circle:
-            n = max(6, round(self.perimeter / spacing))
-            angle = 2.0 * math.pi * np.arange(n) / n
-            circle = np.column_stack([np.cos(angle), np.sin(angle)])
-            return np.asarray(self.vertices[0] + self.radius * circle)
-        points = []
-        for a, b in zip(self.vertices, np.roll(self.vertices, -1, axis=0), strict=True):
-            n = max(1, round(float(np.hypot(*(b - a))) / spacing))
-            points.append(a + (b - a) * (np.arange(n) / n)[:, None])
-        return np.vstack(points)
-
-    def contains(self, points: ArrayLike) -> NDArray[np.bool_]:
-        """Whether each of the points, (n, 2), lies inside."""
-        p = np.atleast_2d(np.asarray(points, dtype=float))
-        if self.is_circle:
-            return np.asarray(np.hypot(*(p - self.vertices[0]).T) < self.radius)
-        a, b = self.vertices, np.roll(self.vertices, -1, axis=0)
-        x, y = p[:, :1], p[:, 1:]
-        straddles = (a[:, 1] > y) != (b[:, 1] > y)
-        rise = np.where(b[:, 1] == a[:, 1], 1.0, b[:, 1] - a[:, 1])
-        left_of = x < (b[:, 0] - a[:, 0]) * (y - a[:, 1]) / rise + a[:, 0]
-        return np.asarray((straddles & left_of).sum(axis=1) % 2 == 1)
-
-    def distance(self, other: Outline) -> float:
-        """Smallest distance between the two outlines; 0 where they touch or overlap."""
-        return max(0.0, _core_distance(self, other) - self.radius - other.radius)
-
-
-def _positive(name: str, what: str, value: float) -> None:
-    if not (math.isfinite(value) and value > 0.0):
-        raise ValueError(f"{name}: {what} must be finite and above 0, not {value}")
-
-
-def _signed_area(vertices: Array) -> float:
-    a, b = vertices, np.roll(vertices, -1, axis=0)
-    return 0.5 * float((a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]).sum())
-
-
-def _segments_cross(a: Array, b: Array, c: Array, d: Array) -> NDArray[np.bool_]:
-    """Whether the segments a-b and c-d, (n, 2) each, have a point in common inside both."""
-
-    def side(p: Array, q: Array, r: Array) -> Array:
-        u, v = q - p, r - p
-        return np.asarray(u[..., 0] * v[..., 1] - u[..., 1] * v[..., 0])
-
-    return np.asarray((side(a, b, c) * side(a, b, d) < 0.0) & (side(c, d, a) * side(c, d, b) < 0.0))
-
-
-def _points_to_segments(points: Array, a: Array, b: Array) -> Array:
-    """Distance of each point (n, 2) from each segment a-b (m, 2): (n, m)."""
-    along = b - a
-    length2 = (along**2).sum(axis=1)
-    t = ((points[:, None] - a) * along).sum(axis=2) / length2
-    nearest = a + np.clip(t, 0.0, 1.0)[..., None] * along
-    return np.asarray(np.sqrt(((points[:, None] - nearest) ** 2).sum(axis=2)))
-
-
-def _core_distance(one: Outline, two: Outline) -> float:
-    """Distance between polygons, a circle standing for its centre; 0 where they overlap."""
-    p, q = one.vertices, two.vertices
-    if one.is_circle and two.is_circle:
-        return float(np.hypot(*(p[0] - q[0])))
-    if two.is_circle:
-        return _core_distance(two, one)
-    if two.contains(p[:1])[0]:
-        return 0.0
-    q_end = np.roll(q, -1, axis=0)
-    if one.is_circle:
-        return float(_points_to_segments(p, q, q_end).min())
-    if one.contains(q[:1])[0]:
-        return 0.0
-    p_end = np.roll(p, -1, axis=0)
-    if _segments_cross(p[:, None], p_end[:, None], q[None], q_end[None]).any():
-        return 0.0
-    return float(
-        min(_points_to_segments(p, q, q_end).min(), _points_to_segments(q, p, p_end).min())
-    )
-
-
-# ---- the named shapes ----------------------------------------------------------------------------
+# ---- in the plane --------------------------------------------------------------------------------
 
 
 def circle(radius: float) -> Outline:
     """A circle."""
-    return Outline("circle", np.zeros((1, 2)), radius)
+    _positive("circle", "radius", radius)
+    return Outline("circle", np.zeros((1, 2)), np.diag([radius, radius]))
+
+
+def ellipse(semi_axis_x: float, semi_axis_y: float) -> Outline:
+    """An ellipse with its semi-axes along x and y."""
+    _positive("ellipse", "semi_axis_x", semi_axis_x)
+    _positive("ellipse", "semi_axis_y", semi_axis_y)
+    return Outline("ellipse", np.zeros((1, 2)), np.diag([semi_axis_x, semi_axis_y]))
 
 
 def regular_polygon(sides: int, radius: float, first: float = 0.0, name: str = "") -> Outline:
@@ -230,8 +70,7 @@ def regular_polygon(sides: int, radius: float, first: float = 0.0, name: str = "
     _positive(name, "radius", radius)
     if sides < 3:
         raise ValueError(f"{name}: {sides} sides, at least 3 needed")
-    angle = first + 2.0 * math.pi * np.arange(sides) / sides
-    return Outline(name, radius * np.column_stack([np.cos(angle), np.sin(angle)]))
+    return Outline(name, radius * _round(first + 2.0 * math.pi * np.arange(sides) / sides))
 
 
 def hexagon(radius: float) -> Outline:
@@ -259,6 +98,28 @@ def drum(radius: float, neck: float = 0.4) -> Outline:
     return Outline("drum", radius * np.array(corners))
 
 
+def star(radius: float, points: int = 5, inner: float = 0.5) -> Outline:
+    """A concave star with a tip at the top.
+
+    Args:
+        radius: reaches to the tips.
+        points: how many tips.
+        inner: distance of the notches from the centre over the radius; below cos(pi/points), where
+            the star would be a polygon.
+    """
+    _positive("star", "radius", radius)
+    if points < 3:
+        raise ValueError(f"star: {points} points, at least 3 needed")
+    if not 0.0 < inner < math.cos(math.pi / points):
+        raise ValueError(
+            f"star: inner must lie between 0 and cos(pi/{points}) = "
+            f"{math.cos(math.pi / points):.4g}, not {inner}"
+        )
+    away = radius * np.where(np.arange(2 * points) % 2 == 0, 1.0, inner)
+    angle = 0.5 * math.pi + math.pi * np.arange(2 * points) / points
+    return Outline("star", away[:, None] * _round(angle))
+
+
 def rectangle(width: float, height: float) -> Outline:
     """A rectangle centred on the origin."""
     _positive("rectangle", "width", width)
@@ -267,6 +128,208 @@ def rectangle(width: float, height: float) -> Outline:
     return Outline("rectangle", corners * (width, height))
 
 
+def annulus(
+    inner: float,
+    outer: float,
+    protrusion: tuple[float, float] | None = None,
+    angle: float = -0.5 * math.pi,
+) -> Outline:
+    """A ring, such as the wall of a rotating drum, perhaps with a fin on its inside.
+
+    Args:
+        inner: radius of the hole.
+        outer: radius of the circle around it.
+        protrusion: length towards the centre and width of a rectangular fin; None: no fin.
+        angle: where the fin is.
+    """
+    _positive("annulus", "inner", inner)
+    if not (math.isfinite(outer) and outer > inner):
+        raise ValueError(f"annulus: outer must be larger than inner {inner:g}, not {outer:g}")
+    centre, axes = np.zeros((1, 2)), np.diag([outer, outer])
+    if protrusion is None:
+        return Outline("annulus", centre, axes, (circle(inner),))
+    length, width = protrusion
+    if not (0.0 < length < inner and 0.0 < width < 2.0 * inner):
+        raise ValueError(
+            f"annulus: a fin needs a length between 0 and {inner:g} and a width between 0 and "
+            f"{2.0 * inner:g}, not {protrusion}"
+        )
+    half = math.asin(0.5 * width / inner)
+    arc = inner * _round(np.linspace(half, 2.0 * math.pi - half, 720))
+    tip = inner - length
+    vertices = np.vstack([arc, [(tip, -0.5 * width), (tip, 0.5 * width)]])
+    corner = np.zeros(len(vertices), dtype=bool)
+    corner[[0, -3, -2, -1]] = True
+    hole = Outline("hole", vertices, corner=corner).placed(angle=angle)
+    return Outline("annulus", centre, axes, (hole,))
+
+
 def polygon(vertices: ArrayLike, name: str = "polygon") -> Outline:
     """A polygon through the given corners, (n, 2), in either sense of rotation."""
     return Outline(name, np.asarray(vertices, dtype=float))
+
+
+def irregular(
+    radius: float, corners: int = 9, roughness: float = 0.25, seed: int = 1, elongation: float = 1.0
+) -> Outline:
+    """A random angular grain around the origin, its centroid moved there.
+
+    Args:
+        radius: reaches to the furthest corner.
+        corners: how many.
+        roughness: spread of their distances from the centre, 0 (all alike) to below 1.
+        seed: another seed, another grain.
+        elongation: length over width, roughly; at least 1.
+    """
+    _positive("irregular", "radius", radius)
+    if corners < 3:
+        raise ValueError(f"irregular: {corners} corners, at least 3 needed")
+    _check_spread("irregular", roughness, elongation)
+    random = np.random.default_rng(seed)
+    turn = (np.arange(corners) + 0.7 * random.uniform(-0.5, 0.5, corners)) / corners
+    away = random.uniform(1.0 - roughness, 1.0, corners)
+    points = away[:, None] * _round(2.0 * math.pi * (turn + random.uniform())) * (elongation, 1.0)
+    outline = Outline("irregular", points)
+    centred = outline.vertices - outline.centroid
+    return Outline("irregular", centred * (radius / np.hypot(*centred.T).max()))
+
+
+# ---- in space ------------------------------------------------------------------------------------
+
+
+def sphere(radius: float) -> Solid:
+    """A sphere."""
+    _positive("sphere", "radius", radius)
+    return solid("sphere", Ellipsoid((radius, radius, radius)))
+
+
+def ellipsoid(semi_axis_x: float, semi_axis_y: float, semi_axis_z: float) -> Solid:
+    """An ellipsoid with its semi-axes along x, y and z."""
+    semi_axes = (semi_axis_x, semi_axis_y, semi_axis_z)
+    for what, value in zip("xyz", semi_axes, strict=True):
+        _positive("ellipsoid", f"semi_axis_{what}", value)
+    return solid("ellipsoid", Ellipsoid(semi_axes))
+
+
+def cuboid(width: float, depth: float, height: float) -> Solid:
+    """A cuboid centred on the origin, its sides along x, y and z."""
+    size = (width, depth, height)
+    for what, value in zip(("width", "depth", "height"), size, strict=True):
+        _positive("cuboid", what, value)
+    signs = np.array([(x, y, z) for x in (-0.5, 0.5) for y in (-0.5, 0.5) for z in (-0.5, 0.5)])
+    return solid("cuboid", hull_of(signs * size))
+
+
+def cylinder(radius: float, height: float) -> Solid:
+    """A circular cylinder centred on the origin, its axis along z."""
+    _positive("cylinder", "radius", radius)
+    _positive("cylinder", "height", height)
+    return solid("cylinder", Cylinder(radius, height))
+
+
+def polyhedron(vertices: ArrayLike, triangles: ArrayLike, name: str = "polyhedron") -> Solid:
+    """A polyhedron from its vertices, (n, 3), and triangles, (m, 3), numbers from 0.
+
+    Raises:
+        ValueError: the surface is not closed, or encloses nothing (see
+            :class:`peridem.solid.Polyhedron`).
+    """
+    return solid(name, Polyhedron(np.asarray(vertices), np.asarray(triangles)))
+
+
+def irregular_solid(
+    radius: float,
+    corners: int = 14,
+    roughness: float = 0.2,
+    seed: int = 1,
+    elongation: float = 1.0,
+) -> Solid:
+    """A random convex polyhedron around the origin, its centroid moved there.
+
+    Args:
+        radius: reaches to the furthest corner.
+        corners: at most so many; those inside the hull of the others are left out.
+        roughness: spread of their distances from the centre, 0 (all alike) to below 1.
+        seed: another seed, another grain.
+        elongation: length over width, roughly; at least 1.
+    """
+    _positive("irregular_solid", "radius", radius)
+    if corners < 6:
+        raise ValueError(f"irregular_solid: {corners} corners, at least 6 needed")
+    _check_spread("irregular_solid", roughness, elongation)
+    random = np.random.default_rng(seed)
+    points = _spread_directions(corners, random)
+    points *= random.uniform(1.0 - roughness, 1.0, (corners, 1)) * (elongation, 1.0, 1.0)
+    hull = hull_of(points)
+    centred = hull.vertices - hull.centroid
+    scale = radius / np.linalg.norm(centred, axis=1).max()
+    return solid("irregular_solid", Polyhedron(centred * scale, hull.triangles))
+
+
+def stl(path: str | Path, name: str = "") -> Solid:
+    """The solid within the closed surface of a file of triangles: .stl, .obj, .ply, ...
+
+    Raises:
+        FileNotFoundError: there is no such file.
+        ValueError: it is not a mesh of triangles, or the surface is not closed.
+    """
+    from peridem.meshfile import read_surface
+
+    vertices, triangles = read_surface(path)
+    try:
+        return solid(name or Path(path).stem, Polyhedron(vertices, triangles))
+    except ValueError as error:
+        raise ValueError(f"{path}: {error}") from error
+
+
+# Shapes that a radius alone describes, for command lines and tables; the others in their usual
+# proportions.
+NAMED: dict[str, Callable[[float], Shape]] = {
+    "circle": circle,
+    "ellipse": lambda r: ellipse(r, 0.6 * r),
+    "hexagon": hexagon,
+    "triangle": triangle,
+    "drum": drum,
+    "star": star,
+    "rectangle": lambda r: rectangle(1.6 * r, 1.2 * r),
+    "annulus": lambda r: annulus(0.75 * r, r, (0.3 * r, 0.15 * r)),
+    "irregular": irregular,
+    "sphere": sphere,
+    "ellipsoid": lambda r: ellipsoid(r, 0.8 * r, 0.6 * r),
+    "cuboid": lambda r: cuboid(*(2.0 * r / math.sqrt(3.0),) * 3),
+    "cylinder": lambda r: cylinder(r / math.sqrt(2.0), math.sqrt(2.0) * r),
+    "irregular_solid": irregular_solid,
+}
+
+
+def named(name: str, radius: float) -> Shape:
+    """A shape by its name, sized by the circle or sphere around it.
+
+    Raises:
+        ValueError: there is none of this name; it says which there are.
+    """
+    if name not in NAMED:
+        raise ValueError(f"no shape '{name}': one of {', '.join(NAMED)} needed")
+    return NAMED[name](radius)
+
+
+def _round(angle: NDArray[np.floating[Any]]) -> Array:
+    return np.column_stack([np.cos(angle), np.sin(angle)])
+
+
+def _check_spread(name: str, roughness: float, elongation: float) -> None:
+    if not 0.0 <= roughness < 1.0:
+        raise ValueError(f"{name}: roughness must be at least 0 and below 1, not {roughness}")
+    if not (math.isfinite(elongation) and elongation >= 1.0):
+        raise ValueError(f"{name}: elongation must be at least 1, not {elongation}")
+
+
+def _spread_directions(n: int, random: np.random.Generator) -> Array:
+    """Random unit vectors, (n, 3), none of them close to another: each the best of 20 draws."""
+    chosen = np.empty((0, 3))
+    for _ in range(n):
+        draws = random.normal(size=(20, 3))
+        draws /= np.linalg.norm(draws, axis=1)[:, None]
+        nearest = (draws @ chosen.T).max(axis=1) if len(chosen) else np.zeros(20)
+        chosen = np.vstack([chosen, draws[nearest.argmin()]])
+    return chosen
