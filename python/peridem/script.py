@@ -245,7 +245,11 @@ def _loads(scene: Scene) -> list[str]:
     strength = float(np.linalg.norm(scene.gravity))
     if strength:
         towards = numbers([g / strength for g in scene.gravity])
-        lines.append(f"fix weight all gravity {strength:.8g} vector {towards}")
+        group = "all"
+        if any(isinstance(m, Inert) for m in scene.materials):
+            group = "heavy"
+            lines.append("group           heavy subtract all bodies")
+        lines.append(f"fix weight {group} gravity {strength:.8g} vector {towards}")
     formulas = [str(v) for f in scene.forces for v in f.density]
     formulas += [v for m in scene.motions for v in (*m.displacement, *m.rate) if v]
     if scene.forces or any(key in text for text in formulas for key in NODE_VALUES):

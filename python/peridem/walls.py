@@ -16,7 +16,19 @@ Array = NDArray[np.float64]
 # IDs of the script's own fixes
 FIXES = (
     *("weight", "motion", "walls", "halt", "step", "bonds", "duration"),
-    *("grains", "node", "nodes", "damage", "books", "now", "halted", "free", "kicked", "bodies"),
+    *(
+        "grains",
+        "node",
+        "nodes",
+        "damage",
+        "books",
+        "now",
+        "halted",
+        "free",
+        "kicked",
+        "bodies",
+        "heavy",
+    ),
 )
 
 

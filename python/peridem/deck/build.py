@@ -1,0 +1,525 @@
+"""From the sections of a deck to a scene."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from peridem.deck import loads, sections, solids
+from peridem.deck.bodies import Body, bodies
+from peridem.deck.contact import Touch, touch
+from peridem.deck.restart import State, restart
+from peridem.deck.sections import LoadSet, Model
+from peridem.deck.source import Block, DeckError, Report
+from peridem.deck.walls import Drive, surface
+from peridem.loads import Force, Motion, Nodes
+from peridem.material import AnyMaterial, Inert
+from peridem.scene import Grain, Scene
+from peridem.walls import AnyWall
+
+Array = NDArray[np.float64]
+
+# Names of PeriDEM's output fields: attributes of compute peridem/atom, columns of the dump, or
+# nothing where every dump has them or nothing is like them.
+ATTRIBUTES = {"Boundary_Node_Flag": ("surface",), "Strain_Stress": ("sxx", "syy", "sxy")}
+COLUMNS = {"Force": ("fx", "fy"), "Force_Density": ("fx", "fy")}
+ALWAYS = ("Displacement", "Velocity", "Damage_Z", "Damage", "Theta", "Zone_ID", "Particle_ID")
+TOO_LONG = 10.0  # a published step so much above the stable one is not taken
+
+
+@dataclass
+class Plan:
+    """All that a deck says, on its way to a scene."""
+
+    root: Block
+    report: Report
+    as_published: bool
+    model: Model
+    bodies: list[Body]
+    specs: list[solids.SolidSpec]
+    displacements: list[LoadSet]
+    forces: list[LoadSet]
+    state: State | None
+    start: float = 0.0
+    whole: dict[int, list[LoadSet]] = field(default_factory=dict)
+    walls: dict[int, list[AnyWall]] = field(default_factory=dict)
+    grains: list[int | None] = field(default_factory=list)
+
+    @property
+    def dimension(self) -> int:
+        """2 or 3."""
+        return self.model.dimension
+
+    def prescribed(self, k: int) -> bool:
+        """Whether the whole motion of particle k is prescribed."""
+        body, sets = self.bodies[k], self.whole.get(k, [])
+        directions = {d for load in sets for d in load.directions}
+        if body.zone.constrained:
+            return True
+        if body.zone.wall:
+            return bool(sets)
+        return directions == set(range(self.dimension))
+
+    def drive(self, k: int) -> Drive:
+        """How particle k is driven as a whole."""
+        sets = self.whole.get(k, [])
+        turning = [turn for load in sets if (turn := loads.rotation(load)) is not None]
+        full = all(set(load.directions) >= {0, 1} for load in sets)
+        if len(sets) == 1 and turning and full:
+            return Drive((0.0,) * self.dimension, turning[0])
+        speed = [0.0] * self.dimension
+        for load in sets:
+            given = loads.velocity(load, self.dimension)
+            if given is None:
+                return Drive(tuple(speed), other=True)
+            for d, value in enumerate(given):
+                speed[d] = speed[d] if value is None else value
+        return Drive(tuple(speed))
+
+
+@dataclass(frozen=True, eq=False)
+class Built:
+    """A scene, and which grain each particle has become."""
+
+    scene: Scene
+    grains: list[int | None]
+
+
+def build(root: Block, report: Report, as_published: bool) -> Built:
+    """The scene of a deck.
+
+    Raises:
+        DeckError: the deck asks for what cannot be.
+    """
+    model = sections.model(root, report)
+    zones = sections.zones(root, model, report)
+    specs = solids.specs(root, len(zones), model.dimension, report)
+    particles = bodies(root, zones, model, report)
+    walls = [k for k, body in enumerate(particles) if body.zone.wall]
+    plan = Plan(
+        root,
+        report,
+        as_published,
+        model,
+        particles,
+        specs,
+        sections.load_sets(root, "Displacement_BC", model, walls),
+        sections.load_sets(root, "Force_BC", model, walls),
+        restart(root, model, [len(body.cloud.nodes) for body in particles]),
+    )
+    plan.start = plan.state.time if plan.state is not None else 0.0
+    for load in plan.displacements:
+        for k in loads.particles_of(load, len(particles)):
+            if load.region is None:
+                plan.whole.setdefault(k, []).append(load)
+    _quirks(plan)
+    if not as_published:
+        _surfaces(plan)
+    number = 0
+    for k in range(len(particles)):
+        number += k not in plan.walls
+        plan.grains.append(None if k in plan.walls else number)
+    return Built(_scene(plan), plan.grains)
+
+
+def _scene(plan: Plan) -> Scene:
+    model, report = plan.model, plan.report
+    pairs = sections.contacts(plan.root, len(plan.specs), model.single, report)
+    names: dict[int, set[str]] = {}
+    for k, body in enumerate(plan.bodies):
+        if k not in plan.walls:
+            names.setdefault(body.zone.number, set()).add(_material(plan, k).name)
+    touching = touch(pairs, plan.bodies, names, plan.walls, plan.as_published, report)
+    motions, forces = _motions(plan), _forces(plan)
+    walls = _named(plan, touching)
+    try:
+        scene = Scene(
+            title=_title(plan),
+            grains=_grains(plan),
+            contact=touching.default,
+            pairs=touching.pairs,
+            duration=_duration(plan),
+            walls=walls,
+            gravity=_gravity(plan),
+            motions=motions,
+            forces=forces,
+            start_time=plan.start,
+            boundary="s",
+            leapfrog=plan.as_published and model.leapfrog and plan.state is None,
+            timestep=model.dt if plan.as_published else None,
+            **_output(plan),
+        )
+        return _checked_step(plan, scene)
+    except DeckError:
+        raise
+    except ValueError as error:
+        raise DeckError(f"{plan.root.path}: {error}") from error
+
+
+def _checked_step(plan: Plan, scene: Scene) -> Scene:
+    """The scene, without the deck's time step where that is far above the stable one."""
+    place = plan.root.block("Model").place("Time_Steps")
+    if not plan.as_published:
+        step = scene._timestep()[0]
+        how = "fix peridem/timestep finds the step" if scene.adaptive else "a stable step"
+        plan.report.add(
+            place, f"steps of {plan.model.dt:.3g} s; {how}, about {step:.2g} s at the start"
+        )
+        return scene
+    _, stable = scene._timestep()
+    ratio = plan.model.dt / stable.together
+    if ratio > TOO_LONG:
+        plan.report.add(
+            place, f"steps of {plan.model.dt:.3g} s are {ratio:.2g} times the stable one; not taken"
+        )
+        return replace(scene, timestep=None, walls=scene.walls, leapfrog=False)
+    if ratio > 1.0:
+        plan.report.add(
+            place,
+            f"steps of {plan.model.dt:.3g} s, as published, are {ratio:.2g} times what is stable "
+            "when every node is pressed by several",
+        )
+    return scene
+
+
+def _title(plan: Plan) -> str:
+    name = plan.root.block("Particle").text("Test_Name", "no test name")
+    kind = ", as published" if plan.as_published else ""
+    return f"PeriDEM deck {plan.root.path.name} ({name}{kind})"
+
+
+def _duration(plan: Plan) -> float:
+    left = plan.model.final_time - plan.start
+    if not left > 0.0:
+        raise plan.root.block("Restart").error(
+            "Step", f"its time {plan.start:g} is not before Final_Time {plan.model.final_time:g}"
+        )
+    return left
+
+
+# ---- grains --------------------------------------------------------------------------------------
+
+
+def _grains(plan: Plan) -> list[Grain]:
+    moving = _initial_velocities(plan)
+    grains = []
+    for k, body in enumerate(plan.bodies):
+        if k in plan.walls:
+            continue
+        grain = Grain(body.cloud, _material(plan, k), velocity=moving.get(k))
+        if plan.state is not None:
+            u, v = plan.state.of(k, plan.dimension)
+            grain = replace(grain, displacement=u, velocity=v)
+        grains.append(grain)
+    return grains
+
+
+def _material(plan: Plan, k: int) -> AnyMaterial:
+    body = plan.bodies[k]
+    spec = plan.specs[body.zone.number - 1]
+    if plan.prescribed(k):
+        name = f"{spec.name}_body" if _mixed(plan, body.zone.number) else spec.name
+        return Inert(spec.density, name, spec.bulk or None)
+    if plan.as_published:
+        return solids.published(spec, body.spacing, plan.dimension, plan.specs[0].weight)
+    return solids.right(spec, body.spacing, plan.dimension)
+
+
+def _mixed(plan: Plan, zone: int) -> bool:
+    """Whether a zone has particles with and without a prescribed motion."""
+    kinds = {plan.prescribed(k) for k, b in enumerate(plan.bodies) if b.zone.number == zone}
+    return len(kinds) == 2
+
+
+def _initial_velocities(plan: Plan) -> dict[int, tuple[float, ...]]:
+    block = plan.root.block("IC").block("Constant_Velocity")
+    if "Velocity_Vector" not in block:
+        return {}
+    vector = (*block.numbers("Velocity_Vector"), 0.0, 0.0)[: plan.dimension]
+    chosen = block.wholes("Particle_List") or ([0] if plan.model.single else [])
+    for k in chosen:
+        if k >= len(plan.bodies):
+            raise block.error("Particle_List", f"particle {k} of {len(plan.bodies)}, from 0")
+    return {k: vector for k in chosen if not plan.prescribed(k)}
+
+
+def _gravity(plan: Plan) -> tuple[float, ...]:
+    given = plan.root.block("Force_BC").numbers("Gravity")
+    return tuple((*given, 0.0, 0.0, 0.0)[: plan.dimension])
+
+
+# ---- walls, motions, forces ----------------------------------------------------------------------
+
+
+def _surfaces(plan: Plan) -> None:
+    """Turn walls of nodes into surfaces where these do the same."""
+    free = [k for k in range(len(plan.bodies)) if not plan.prescribed(k)]
+    if not free:
+        return
+    grains = np.vstack([plan.bodies[k].cloud.nodes for k in free])
+    if plan.state is not None:
+        grains = grains + np.vstack([plan.state.of(k, plan.dimension)[0] for k in free])
+    for k, body in enumerate(plan.bodies):
+        if not (body.zone.wall and plan.prescribed(k)):
+            continue
+        if plan.state is not None:
+            u, _ = plan.state.of(k, plan.dimension)
+            body = replace(body, cloud=replace(body.cloud, nodes=body.cloud.nodes + u))
+        drive = plan.drive(k)
+        made = [] if plan.state is not None and drive.rotation else surface(body, drive, grains)
+        place = body.zone.block.place()
+        if made:
+            plan.walls[k] = made
+            plan.report.add(place, f"its {len(body.cloud.nodes)} nodes are {_said(made)} instead")
+        else:
+            plan.report.add(place, "a wall of nodes: no plane or region does the same")
+
+
+def _said(walls: list[AnyWall]) -> str:
+    names = ", ".join(wall.name for wall in walls)
+    return f"the surface{'s' if len(walls) > 1 else ''} {names}"
+
+
+def _named(plan: Plan, touching: Touch) -> list[AnyWall]:
+    """All surfaces, each with a name of its own."""
+    taken: set[str] = set()
+    found = []
+    for k, walls in plan.walls.items():
+        for wall in walls:
+            name = wall.name
+            if name in taken:
+                name = f"{wall.name}_{k}"
+            extra = 2
+            while name in taken:
+                name, extra = f"{wall.name}_{k}_{extra}", extra + 1
+            taken.add(name)
+            found.append(replace(wall, name=name, contact=touching.walls.get(k)))
+    return found
+
+
+def _motions(plan: Plan) -> list[Motion]:
+    bodies_moved = [
+        _body_motion(plan, k)
+        for k in range(len(plan.bodies))
+        if plan.prescribed(k) and k not in plan.walls
+    ]
+    made = []
+    for load in plan.displacements:
+        mine = [k for k in loads.particles_of(load, len(plan.bodies)) if not plan.prescribed(k)]
+        for name, nodes, bounds in _targets(plan, load, mine, f"moved_{load.number}"):
+            made.append(
+                loads.motion(
+                    load,
+                    name,
+                    nodes,
+                    bounds,
+                    plan.dimension,
+                    plan.as_published,
+                    plan.report,
+                    plan.start,
+                )
+            )
+    return [*bodies_moved, *made]
+
+
+def _targets(
+    plan: Plan, load: LoadSet, particles: list[int], name: str
+) -> list[tuple[str, Nodes, loads.Bounds]]:
+    """Names, nodes and boxes of what a set acts on; several where the box is that of each one."""
+    grains = {k: g for k in particles if (g := plan.grains[k]) is not None}
+    if load.region is not None:
+        d = plan.dimension
+        inside = {
+            k: g
+            for k, g in grains.items()
+            if load.region.contains(plan.bodies[k].cloud.nodes[:, :d]).any()
+        }
+        if not inside:
+            plan.report.add(load.block.place("Region"), "no nodes lie in it")
+            return []
+        return [(name, Nodes(tuple(inside.values()), load.region), load.region.bounds)]
+    if not grains:
+        return []
+    if load.space.startswith("hat"):
+        return [(f"{name}_{k}", Nodes((g,)), plan.bodies[k].bounds) for k, g in grains.items()]
+    first = next(iter(grains))
+    return [(name, Nodes(tuple(grains.values())), plan.bodies[first].bounds)]
+
+
+def _body_motion(plan: Plan, k: int) -> Motion:
+    """The motion of a particle that is prescribed as a whole."""
+    body, drive, grain = plan.bodies[k], plan.drive(k), plan.grains[k]
+    assert grain is not None
+    nodes, name = Nodes((grain,)), f"{'wall' if body.zone.wall else 'body'}_{k}"
+    sets = plan.whole.get(k, [])
+    given = {d for load in sets for d in load.directions}
+    if sets and not body.zone.constrained and given != set(range(plan.dimension)):
+        plan.report.add(
+            body.zone.block.place(), "directions of its motion that are left free are held"
+        )
+    if drive.rotation is not None and plan.dimension == 2:
+        return Motion.turning(name, nodes, drive.rotation)
+    if not drive.other and drive.rotation is None:
+        return Motion.constant(name, nodes, drive.velocity)
+    known: dict[int, tuple[str, str]] = {}
+    for load in sets:
+        known |= loads.formulas(load, body.bounds, plan.as_published, plan.report, plan.start)
+    every = [known.get(d, ("0", "0")) for d in range(plan.dimension)]
+    return Motion.following(name, nodes, [p[0] for p in every], [p[1] for p in every])
+
+
+def _forces(plan: Plan) -> list[Force]:
+    made = []
+    for load in plan.forces:
+        mine = [k for k in loads.particles_of(load, len(plan.bodies)) if not plan.prescribed(k)]
+        for name, nodes, bounds in _targets(plan, load, mine, f"push_{load.number}"):
+            made.append(
+                loads.force(
+                    load, name, nodes, bounds, plan.dimension, plan.as_published, plan.report
+                )
+            )
+    return made
+
+
+# ---- the rest ------------------------------------------------------------------------------------
+
+
+def _output(plan: Plan) -> dict[str, Any]:
+    """Frames, records, attributes and columns."""
+    out, steps, report = sections.output(plan.root, plan.report), plan.model.steps, plan.report
+    steps = max(1, round(steps * _duration(plan) / plan.model.final_time))
+    attributes: list[str] = []
+    columns: list[str] = []
+    none: list[str] = []
+    for tag in out.tags:
+        if tag in ATTRIBUTES:
+            attributes += ATTRIBUTES[tag]
+        elif tag in COLUMNS:
+            columns += COLUMNS[tag] if plan.dimension == 2 else ("fx", "fy", "fz")
+        elif tag not in ALWAYS:
+            none.append(tag)
+    if none and out.block is not None:
+        report.add(out.block.place("Tags"), f"no counterpart in the dump: {', '.join(none)}")
+    if "Strain_Stress" in out.tags and plan.dimension == 3:
+        attributes += ["szz", "sxz", "syz"]
+    frames = 1 if out.interval is None else max(1, round(steps / out.interval))
+    if out.interval is not None and out.interval > steps and out.block is not None:
+        report.add(
+            out.block.place("Output_Interval"), f"longer than the run of {steps} steps; 100 outputs"
+        )
+        frames = 100
+    records = max(frames, round(steps / out.records)) if out.records else max(1000, frames)
+    return {
+        "frames": frames,
+        "records": records,
+        "attributes": tuple(dict.fromkeys(attributes)),
+        "columns": tuple(dict.fromkeys(columns)),
+        "notes": _notes(plan),
+    }
+
+
+def _notes(plan: Plan) -> list[str]:
+    how = "as PeriDEM computes it" if plan.as_published else "with right physics"
+    return [f"From {plan.root.path.name}, {how}; 'peridem convert' prints what was changed."]
+
+
+def _quirks(plan: Plan) -> None:
+    """What PeriDEM does differently, and what has no counterpart, section by section."""
+    root, report = plan.root, plan.report
+    neighbour = root.block("Neighbor")
+    for key in neighbour.skip("Update_Criteria", "Search_Factor", "Search_Interval"):
+        report.add(neighbour.place(key), "not used: LAMMPS knows when its neighbour lists are old")
+    reasons = {
+        "HPX": "no counterpart: mpirun -np says how many processes",
+        "Policy": "no counterpart: nothing is post-processed during a run",
+        "Container": "not used: the simulation box follows the nodes",
+    }
+    for key, reason in reasons.items():
+        for here in root.skip(key):
+            report.add(root.place(here), reason)
+    particle = root.block("Particle")
+    name = particle.text("Test_Name", "")
+    for key in particle.skip("Compressive_Test"):
+        report.add(particle.place(key), "the forces on all walls are in walls.dat")
+    if name == "two_particle" and not plan.prescribed(0):
+        report.add(
+            particle.place("Test_Name"),
+            "two_particle lets no force act on particle 0; here forces do",
+        )
+    if plan.as_published:
+        _said_of_published(plan)
+    _physics(plan)
+
+
+def _said_of_published(plan: Plan) -> None:
+    """What is kept because it was published, and what is not."""
+    root, report = plan.root, plan.report
+    model = root.block("Model")
+    if plan.model.leapfrog:
+        report.add(
+            model.block("Discretization_Type").place("Time"),
+            "symplectic Euler, as published: velocities start half a step ahead",
+        )
+    for body in plan.bodies:
+        if body.zone.wall:
+            report.add(body.zone.block.place(), "a wall of nodes, as published")
+    contact = root.block("Contact")
+    if not plan.model.single:
+        report.add(
+            contact.place(),
+            "radius from the smallest node spacing of all particles and walls, as published; "
+            "not as published: fragments of a grain touch like grains, friction opposes sliding, "
+            "walls feel what they push, damping is that of restitution",
+        )
+
+
+def _physics(plan: Plan) -> None:
+    """How the solids are taken."""
+    report, published = plan.report, plan.as_published
+    for k in sorted({body.zone.number for k, body in enumerate(plan.bodies)}):
+        mine = [i for i, body in enumerate(plan.bodies) if body.zone.number == k]
+        spec = plan.specs[k - 1]
+        if all(plan.prescribed(i) for i in mine):
+            report.add(spec.block.place(), "no bonds in bodies whose motion is prescribed")
+            continue
+        place = spec.block.place()
+        if published:
+            report.add(place, _published_words(spec.kind, plan.dimension))
+            if spec.weight != plan.specs[0].weight:
+                report.add(
+                    spec.block.place("Influence_Function"),
+                    "the influence function of zone 1 counts for all zones, as published",
+                )
+        else:
+            report.add(place, _right_words(spec.kind, plan.dimension))
+        wall = plan.bodies[mine[0]].zone.wall
+        if wall:
+            report.add(
+                plan.bodies[mine[0]].zone.block.place(),
+                "a wall that can move: a grain here, which others push",
+            )
+
+
+def _published_words(kind: str, dimension: int) -> str:
+    flat = dimension == 2
+    constants = {
+        "PDState": "constants of 3D (plane jha)" if flat else "critical stretch of PeriDEM",
+        "PMBBond": "micro-modulus and critical stretch of PeriDEM",
+        "PDElasticBond": "micro-modulus of PeriDEM",
+        "RNPBond": "depth and beta of PeriDEM",
+    }[kind]
+    return (
+        f"as published: {constants}; bonds break in compression too (break both); the horizon's "
+        "taper is the smallest node spacing"
+    )
+
+
+def _right_words(kind: str, dimension: int) -> str:
+    flat = "of plane strain or stress, not of 3D" if dimension == 2 else "of 3D"
+    return (
+        f"constants {flat}; critical stretch from Gc for this influence function; bonds break in "
+        "tension only; the horizon's taper follows the nodes' volumes"
+    )

@@ -1,0 +1,82 @@
+"""The state from which a deck goes on."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from peridem.deck.sections import Model
+from peridem.deck.source import Block, DeckError
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class State:
+    """Displacements and velocities of all nodes, (n, 3) each, and the time.
+
+    Attributes:
+        time: at which they are.
+        displacement, velocity: in the order of the particles' nodes.
+        counts: number of nodes of each particle.
+    """
+
+    time: float
+    displacement: Array
+    velocity: Array
+    counts: list[int]
+
+    def of(self, particle: int, dimension: int) -> tuple[Array, Array]:
+        """Displacements and velocities of one particle's nodes, (n, d) each."""
+        start = sum(self.counts[:particle])
+        rows = slice(start, start + self.counts[particle])
+        return self.displacement[rows, :dimension], self.velocity[rows, :dimension]
+
+
+def restart(root: Block, model: Model, counts: list[int]) -> State | None:
+    """The state that the section ``Restart`` names, or None.
+
+    Raises:
+        DeckError: its file is not there, or is not of these particles.
+    """
+    if "Restart" not in root:
+        return None
+    block = root.block("Restart")
+    block.skip("Change_Reference_Free_Dofs")
+    step = block.whole("Step")
+    mesh = _read(block)
+    fields = {}
+    for name in ("Displacement", "Velocity"):
+        if name not in mesh.point_data:
+            raise block.error("File", f"it has no field {name}, but {', '.join(mesh.point_data)}")
+        values = np.asarray(mesh.point_data[name], dtype=float)
+        fields[name] = np.pad(values, ((0, 0), (0, 3 - values.shape[1])))
+        if len(values) != sum(counts):
+            raise block.error(
+                "File", f"it has {len(values)} nodes, the deck {sum(counts)} in {len(counts)}"
+            )
+    return State(step * model.dt, fields["Displacement"], fields["Velocity"], counts)
+
+
+def _read(block: Block) -> Any:
+    import meshio
+
+    name = Path(block.text("File"))
+    folder = block.path.resolve().parent
+    places = [folder / name, folder / name.name, folder.parent / "out" / name.name]
+    for place in places:
+        for path in (place, place.with_name(place.name + ".vtu")):
+            if path.is_file():
+                try:
+                    return meshio.read(path)
+                except (meshio.ReadError, ValueError, KeyError) as error:
+                    raise block.error("File", f"{path} cannot be read: {error}") from error
+    looked = ", ".join(str(place) for place in places)
+    raise DeckError(
+        f"{block.path}:{block.place('File')[0]}: Restart.File: no file {name}, with or without "
+        f".vtu (looked for {looked})"
+    )
