@@ -23,6 +23,7 @@
 #include "comm.h"
 #include "domain.h"
 #include "error.h"
+#include "math_const.h"
 #include "memory.h"
 #include "modify.h"
 #include "update.h"
@@ -31,6 +32,8 @@
 #include <cmath>
 
 using namespace LAMMPS_NS;
+using MathConst::MY_2PI;
+using MathConst::MY_PI;
 
 // the six stresses come last, in the order of PairPeridem::stress()
 enum { DAMAGE, STRETCH, DILATATION, ENERGY, BONDS, SURFACE, FRAGMENT, SXX };
@@ -38,12 +41,16 @@ static const std::vector<std::string> field_names = {
     "damage", "stretch", "dilatation", "energy", "bonds", "surface", "fragment",
     "sxx",    "syy",     "szz",        "sxy",    "sxz",   "syz"};
 
-// A node belongs to the surface when the mean direction to the nodes of its family is at least this
-// long. On square and cubic lattices with horizons of 2 to 4 spacings it is 0.43 to 0.53 (2d) and
-// 0.32 to 0.41 (3d) in the first layer of a flat face, more on edges, and at most 0.31 (2d) and
-// 0.22 (3d) in the second layer.
-static constexpr double ONE_SIDED_2D = 0.38;
-static constexpr double ONE_SIDED_3D = 0.28;
+// A node belongs to the surface when there is a direction without a near node of its family within
+// 60 degrees. Near is what is closer than 1.8 cells: the diagonals of a cubic lattice, the first
+// ring or two of a mesh. The widest such angle is 67 degrees or more at nodes of faces, edges and
+// corners of lattices and meshes, at most 53 at others, re-entrant corners of lattices 45.
+static constexpr double NEAR = 1.8;
+static constexpr double COS_OPEN = 0.5;
+
+// how many directions are tried: every one is within 3 (2d) or 10 (3d) degrees of one of them
+static constexpr int DIRECTIONS_2D = 72;
+static constexpr int DIRECTIONS_3D = 200;
 
 /* ---------------------------------------------------------------------- */
 
@@ -83,6 +90,7 @@ ComputePeridemAtom::~ComputePeridemAtom()
 
 void ComputePeridemAtom::init()
 {
+  if (wants(SURFACE)) spread_directions();
   solids = PairPeridem::find_all(lmp);
   const auto fixes = modify->get_fix_by_style("^peridem/bonds$");
   bonds = fixes.empty() ? nullptr : dynamic_cast<FixPeridemBonds *>(fixes[0]);
@@ -178,17 +186,61 @@ double ComputePeridemAtom::damage(int i) const
 double ComputePeridemAtom::surface(int i) const
 {
   if (bonds->num[i] < bonds->nref[i] || bonds->num[i] == 0) return 1.0;
-  double **X = atom->x0;
-  double mean[3] = {0.0, 0.0, 0.0};
-  for (bigint k = bonds->start[i]; k < bonds->start[i] + bonds->num[i]; k++) {
-    const double *const Xj = X[bonds->partner[k]];
-    double d[3] = {Xj[0] - X[i][0], Xj[1] - X[i][1], Xj[2] - X[i][2]};
-    PeridemCompat::minimum_image(domain, d);
-    for (int m = 0; m < 3; m++) mean[m] += d[m] / bonds->length[k];
+  const auto around = near_directions(i);
+  for (const auto &u : directions) {
+    bool open = true;
+    for (const auto &n : around)
+      if (u[0] * n[0] + u[1] * n[1] + u[2] * n[2] > COS_OPEN) {
+        open = false;
+        break;
+      }
+    if (open) return 1.0;
   }
-  const double length =
-      std::sqrt(mean[0] * mean[0] + mean[1] * mean[1] + mean[2] * mean[2]) / bonds->num[i];
-  return length > (domain->dimension == 2 ? ONE_SIDED_2D : ONE_SIDED_3D) ? 1.0 : 0.0;
+  return 0.0;
+}
+
+/* ----------------------------------------------------------------------
+   unit vectors to the near nodes of a family, in the reference configuration
+------------------------------------------------------------------------- */
+
+std::vector<std::array<double, 3>> ComputePeridemAtom::near_directions(int i) const
+{
+  const bigint begin = bonds->start[i], end = begin + bonds->num[i];
+  const double power = 1.0 / domain->dimension;
+  const double cell = std::pow(atom->vfrac[i], power);
+  double nearest = bonds->length[begin];
+  for (bigint k = begin; k < end; k++) nearest = MIN(nearest, bonds->length[k]);
+
+  std::vector<std::array<double, 3>> around;
+  double **X = atom->x0;
+  for (bigint k = begin; k < end; k++) {
+    const int j = bonds->partner[k];
+    const double mean = 0.5 * (cell + std::pow(atom->vfrac[j], power));
+    const double R = bonds->length[k];
+    if (R > NEAR * MAX(mean, nearest)) continue;
+    double d[3] = {X[j][0] - X[i][0], X[j][1] - X[i][1], X[j][2] - X[i][2]};
+    PeridemCompat::minimum_image(domain, d);
+    around.push_back({d[0] / R, d[1] / R, d[2] / R});
+  }
+  return around;
+}
+
+/* ----------------------------------------------------------------------
+   unit vectors all around: on a circle, or on a spiral over the sphere
+------------------------------------------------------------------------- */
+
+void ComputePeridemAtom::spread_directions()
+{
+  directions.clear();
+  const bool flat = domain->dimension == 2;
+  const int n = flat ? DIRECTIONS_2D : DIRECTIONS_3D;
+  for (int k = 0; k < n; k++) {
+    const double part = (k + 0.5) / n;
+    const double z = flat ? 0.0 : 1.0 - 2.0 * part;
+    const double turn = flat ? MY_2PI * part : MY_PI * (1.0 + std::sqrt(5.0)) * (k + 0.5);
+    const double r = std::sqrt(1.0 - z * z);
+    directions.push_back({r * std::cos(turn), r * std::sin(turn), z});
+  }
 }
 
 /* ---------------------------------------------------------------------- */

@@ -20,6 +20,7 @@ ComputeStyle(peridem/atom,ComputePeridemAtom);
 
 #include "compute.h"
 
+#include <array>
 #include <vector>
 
 namespace LAMMPS_NS {
@@ -46,12 +47,16 @@ class ComputePeridemAtom : public Compute {
   FixPeridemBonds *bonds{nullptr};
   std::vector<PairPeridem *> solids;
 
+  std::vector<std::array<double, 3>> directions;    // to look for open sides
+
   std::vector<double> piece;    // per node: smallest atom-ID of its fragment
 
   double value(int field, int i) const;
   const PairPeridem *solid(int i) const;
   double damage(int i) const;
   double surface(int i) const;
+  std::vector<std::array<double, 3>> near_directions(int i) const;
+  void spread_directions();
   bool wants(int field) const;
   void find_fragments();
   bool sweep_fragments();

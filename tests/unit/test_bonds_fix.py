@@ -112,7 +112,7 @@ write_dump all custom block.last id x y z fx fy fz c_node modify format float %.
     np.testing.assert_allclose(last["y"], one.x[:, 1], rtol=0, atol=1e-9)
 
 
-# --- what would go wrong a few steps later ---------------------------------------------------------
+# --- what would go wrong a few steps later -------------------------------------------------------
 
 
 def test_bonded_nodes_that_leave_a_fixed_box_are_named(simulation):

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from support.clouds import cloud, join, lattice, ragged, rotated
+from support.clouds import cloud, disc, join, lattice, ragged, rotated
 from support.oracle import Bonds, Solid, bond_state, families
 from support.runs import header, read_dump, solid_script
 
@@ -114,31 +114,55 @@ def skin_and_depth(simulation, dimension, horizon):
     return sim.compute("skin"), np.sort(depth, axis=1)
 
 
-@pytest.mark.parametrize("horizon", [2.01, 2.5, 3.01, 4.01])
+@pytest.mark.parametrize("horizon", [1.5, 2.01, 2.5, 3.01, 4.01, 5.01])
 @pytest.mark.parametrize("dimension", [2, 3])
-def test_the_surface_of_a_flat_face_is_exactly_its_first_layer(dimension, horizon, simulation):
-    skin, depth = skin_and_depth(simulation, dimension, horizon)
-    flat = depth[:, 1] > horizon  # one face is near, at most
-    assert (flat & (depth[:, 0] > 0.5)).sum() > 10
-    assert skin[flat].tolist() == (depth[flat, 0] < 0.5).astype(float).tolist()
-
-
-@pytest.mark.parametrize(("dimension", "horizon"), [(2, 2.01), (2, 2.5), (2, 3.01), (3, 2.5)])
-def test_edges_and_corners_too_for_horizons_up_to_about_three_spacings(
-    dimension, horizon, simulation
-):
+def test_the_surface_of_a_block_is_exactly_its_first_layer(dimension, horizon, simulation):
+    """Faces, edges and corners, and nothing under them."""
     skin, depth = skin_and_depth(simulation, dimension, horizon)
     assert skin.tolist() == (depth[:, 0] < 0.5).astype(float).tolist()
 
 
-@pytest.mark.parametrize(("dimension", "horizon"), [(2, 4.01), (3, 4.01)])
-def test_under_edges_with_longer_horizons_no_node_deeper_than_the_second_layer_counts(
-    dimension, horizon, simulation
-):
-    """Two faces near make a family look as one-sided as that of the first layer of one."""
-    skin, depth = skin_and_depth(simulation, dimension, horizon)
-    assert np.all(skin[depth[:, 0] < 0.5] == 1.0)
-    assert np.all(skin[depth[:, 0] > 1.5] == 0.0)
+@pytest.mark.parametrize("horizon", [2.01, 3.01, 4.01])
+def test_the_surface_of_a_disc_of_a_lattice_is_where_a_neighbour_is_missing(horizon, simulation):
+    """One of the four nearest; steps of the outline lack a diagonal only, one node further in."""
+    one = cloud(disc(8.4), dimension=2)
+    sim = simulation().load(one, dimension=2)
+    solid = replace(FLAT, horizon=horizon)
+    sim.commands(solid_script(solid) + "compute skin all peridem/atom surface\nrun 0 post no")
+    distance = np.linalg.norm(one.x[:, None] - one.x[None], axis=2)
+    neighbours = np.sum(distance < 1.1, axis=1) - 1
+    assert 30 < np.sum(neighbours < 4) < 80
+    assert sim.compute("skin").tolist() == (neighbours < 4).astype(float).tolist()
+
+
+def test_rotation_and_strain_change_no_surface(simulation, rng):
+    """It is that of the reference configuration."""
+    one = ragged(rng, (9, 9))
+    solid = replace(FLAT, horizon=3.01)
+    flags = []
+    for x in (one.reference, rotated(one.reference * (1.2, 1.0, 1.0), 0.7)):
+        sim = simulation().load(one.moved(x), dimension=2)
+        sim.commands(solid_script(solid) + "compute skin all peridem/atom surface\nrun 0 post no")
+        flags.append(sim.compute("skin").tolist())
+    assert flags[0] == flags[1]
+    assert 20 < sum(flags[0]) < 40  # 32 nodes in the outer rows of the lattice that it is near
+
+
+@pytest.mark.parametrize("factor", [2.2, 3.2, 4.2])
+@pytest.mark.parametrize("shape", ["circle", "hexagon", "drum", "triangle"])
+def test_the_surface_of_a_mesh_is_its_boundary(shape, factor, simulation):
+    """Meshes with the volume of boundary nodes lumped: half that of others, a third at corners."""
+    from peridem import cloud as meshes
+    from peridem import shapes
+
+    mesh = meshes.mesh(getattr(shapes, shape)(1.0), 0.1)
+    size = np.median(mesh.cell_sizes)
+    x = np.column_stack([mesh.nodes, np.zeros(len(mesh.nodes))]) / size
+    one = cloud(x, volume=mesh.volumes / size**2, dimension=2)
+    sim = simulation().load(one, dimension=2)
+    solid = replace(FLAT, horizon=factor)
+    sim.commands(solid_script(solid) + "compute skin all peridem/atom surface\nrun 0 post no")
+    assert sim.compute("skin").tolist() == mesh.surface.astype(float).tolist()
 
 
 def test_nodes_that_lost_a_bond_or_have_none_are_surface(simulation):
