@@ -1,0 +1,44 @@
+"""``doc/performance.md`` from the files in ``bench/results``."""
+
+from __future__ import annotations
+
+import json
+import os
+from collections.abc import Sequence
+from pathlib import Path
+
+from bench import table
+
+HEAD = """\
+# Performance
+
+Written by `make bench` from the files in `bench/results/`; change nothing here by hand.  Times of
+one rank are processor time, medians of runs in turns.
+"""
+
+
+def write(results: Path, page: Path, parts: Sequence[str]) -> None:
+    """All parts that were measured, one after another."""
+    sections = [HEAD]
+    machines: list[str] = []
+    for name in parts:
+        if not (results / f"{name}.json").is_file():
+            continue
+        note = json.loads((results / f"{name}.json").read_text())
+        words = "; ".join(
+            f"{key.replace('_', ' ')} {value}" for key, value in note["machine"].items()
+        )
+        if words not in machines:
+            machines.append(words)
+        rows = table.read(results / f"{name}.csv")
+        text = f"## {note['title']}\n\n{table.markdown(rows)}\n\n{note['text']}\n"
+        picture = results / f"{name}.png"
+        if picture.is_file():
+            text += f"\n![{note['title']}]({os.path.relpath(picture, page.parent)})\n"
+        text += (
+            f"\nMeasured with `python -m bench {name}` on machine {machines.index(words) + 1}.\n"
+        )
+        sections.append(text)
+    listed = "\n".join(f"{number}. {words}" for number, words in enumerate(machines, 1))
+    sections.append(f"## Machines\n\n{listed}\n")
+    page.write_text("\n".join(sections))
