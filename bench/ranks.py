@@ -78,7 +78,7 @@ def _frame(nodes: float, ranks: int, width: float, spacing: float, outer: bool) 
     across, along = side / columns, side / rows
     sides_x, sides_y = (2, 2) if not outer else (2 - 2 / columns, 2 - 2 / rows)
     area = width * (sides_x * along + sides_y * across) + sides_x * sides_y * width**2
-    return area / spacing**2
+    return float(area / spacing**2)
 
 
 def _width(one: timing.Timing) -> float:

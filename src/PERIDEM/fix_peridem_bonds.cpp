@@ -15,6 +15,7 @@
 
 #include "fix_peridem_bonds.h"
 
+#include "fix_peridem_adapt.h"
 #include "pair_peridem.h"
 #include "peridem_families.h"
 #include "peridem_material.h"
@@ -141,6 +142,8 @@ void FixPeridemBonds::init()
   rigid_bits = 0;
   for (const auto *fix : modify->get_fix_list())
     if (fix->rigid_flag) rigid_bits |= fix->groupbit;
+  const auto adapts = modify->get_fix_by_style("^peridem/adapt$");
+  adapt = adapts.empty() ? nullptr : dynamic_cast<const FixPeridemAdapt *>(adapts[0]);
 
   find_solids();
   check_laws();
@@ -717,19 +720,35 @@ void FixPeridemBonds::map_partners()
   const bool periodic = domain->xperiodic || domain->yperiodic ||
       (domain->dimension == 3 && domain->zperiodic);
   const int *const type = atom->type;
-  const int *const mask = atom->mask;
   mixed.assign(atom->nlocal, 0);
-  rigid.assign(atom->nlocal, 0);
   for (int i = 0; i < atom->nlocal; i++) {
-    rigid[i] = (mask[i] & rigid_bits) ? 1 : 0;
     for (bigint k = start[i]; k < start[i] + num[i]; k++) {
       int j = atom->map(ptag[k]);
       if (j < 0) lost_partner(i, ptag[k]);
       if (periodic) j = domain->closest_image(i, j);
       partner[k] = j;
       if (type[j] != type[i]) mixed[i] = 1;
-      if (!(mask[j] & rigid_bits)) rigid[i] = 0;
     }
+  }
+  flag_rigid();
+}
+
+/* ---------------------------------------------------------------------- */
+
+bool FixPeridemBonds::moves_rigidly(int i) const
+{
+  return (atom->mask[i] & rigid_bits) || (adapt && adapt->rigid(i));
+}
+
+/* ---------------------------------------------------------------------- */
+
+void FixPeridemBonds::flag_rigid()
+{
+  rigid.assign(atom->nlocal, 0);
+  for (int i = 0; i < atom->nlocal; i++) {
+    rigid[i] = moves_rigidly(i);
+    for (bigint k = start[i]; rigid[i] && k < start[i] + num[i]; k++)
+      rigid[i] = moves_rigidly(partner[k]);
   }
 }
 

@@ -28,6 +28,7 @@ FixStyle(peridem/bonds,FixPeridemBonds);
 
 namespace LAMMPS_NS {
 
+class FixPeridemAdapt;
 class PairPeridem;
 struct PeridemMaterial;
 
@@ -94,6 +95,9 @@ class FixPeridemBonds : public Fix {
   };
   std::vector<Broken> broken;
 
+  // look again which nodes belong to rigid bodies
+  void flag_rigid();
+
   void break_bond(int i, bigint k);
   bool bonded(int i, tagint jtag) const;
   double intact_volume(int i) const;
@@ -117,6 +121,7 @@ class FixPeridemBonds : public Fix {
   bigint natoms_seen{-1}, natoms_mapped{0};
   bool weights_stale{true};
   int rigid_bits{0};    // groups of fixes that move rigid bodies
+  const FixPeridemAdapt *adapt{nullptr};
   PeridemStability stability;
   PeridemCuts cuts;
 
@@ -140,6 +145,7 @@ class FixPeridemBonds : public Fix {
   void build_local();
   void compute_weights();
   void map_partners();
+  bool moves_rigidly(int i) const;
   void lost_partner(int i, tagint jtag);
 };
 

@@ -15,6 +15,7 @@
 
 #include "fix_peridem_ledger.h"
 
+#include "fix_peridem_adapt.h"
 #include "fix_peridem_wall.h"
 #include "pair_peridem.h"
 #include "pair_peridem_contact.h"
@@ -83,6 +84,8 @@ void FixPeridemLedger::find_styles()
 {
   solids = PairPeridem::find_all(lmp);
   contact = dynamic_cast<PairPeridemContact *>(force->pair_match("peridem/contact", 1));
+  const auto adapts = modify->get_fix_by_style("^peridem/adapt$");
+  adapt = adapts.empty() ? nullptr : dynamic_cast<const FixPeridemAdapt *>(adapts[0]);
   walls.clear();
   for (auto *fix : modify->get_fix_by_style("^peridem/wall$"))
     walls.push_back(dynamic_cast<FixPeridemWall *>(fix));
@@ -269,7 +272,8 @@ void FixPeridemLedger::balance(double *totals)
   double mine[NITEMS] = {};
   for (auto *solid : solids)
     for (int i = 0; i < atom->nlocal; i++)
-      if (solid->covers(atom->type[i])) mine[STRAIN] += solid->strain_energy(i);
+      if (solid->covers(atom->type[i]) && !(adapt && adapt->rigid(i)))
+        mine[STRAIN] += solid->strain_energy(i);
 
   // a tangential spring holds part of what friction has taken so far
   double springs = contact ? contact->spring_energy() : 0.0;
@@ -286,6 +290,10 @@ void FixPeridemLedger::balance(double *totals)
   // the motion of prescribed nodes is paid by what prescribes it
   mine[OTHER] = work.other - 0.5 * last.other + kinetic(prescribed_bits) -
       kinetic_prescribed_at_start - (work.on_prescribed - 0.5 * last.on_prescribed);
+  if (adapt && comm->me == 0) {
+    mine[STRAIN] += adapt->energy_held();
+    mine[DAMPING] += adapt->energy_taken();
+  }
   MPI_Allreduce(mine, totals, NITEMS, MPI_DOUBLE, MPI_SUM, world);
   totals[WALLS] = wall_work() - walls_at_start;
 

@@ -24,6 +24,7 @@ FixStyle(PERIDEM_LEDGER,FixPeridemLedger);
 
 namespace LAMMPS_NS {
 
+class FixPeridemAdapt;
 class FixPeridemWall;
 class PairPeridem;
 class PairPeridemContact;
@@ -59,6 +60,7 @@ class FixPeridemLedger : public Fix {
   std::vector<PairPeridem *> solids;
   PairPeridemContact *contact{nullptr};
   std::vector<FixPeridemWall *> walls;
+  const FixPeridemAdapt *adapt{nullptr};
   int prescribed_bits{0};    // groups whose motion fix move prescribes
   bool started{false};
   std::vector<double> internal;    // forces of bonds and contacts on owned nodes
