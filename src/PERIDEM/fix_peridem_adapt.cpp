@@ -37,17 +37,26 @@
 #include <limits>
 #include <map>
 #include <string>
+#include <tuple>
+#include <utility>
 
 using namespace LAMMPS_NS;
 using namespace FixConst;
 
 static constexpr double INFINITE = std::numeric_limits<double>::infinity();
+
+// forces on a grain that sum to more than this part of their sizes do not balance
+static constexpr double UNBALANCED = 0.2;
+
+// more than rounding
+static constexpr double CHANGED = 1.0e-9;
+
 static constexpr int MAXPATIENCE = 64;
 static constexpr int NTOTALS = 5;    // numbers in a restart file before the grains
 
 /* ---------------------------------------------------------------------- */
 
-FixPeridemAdapt::FixPeridemAdapt(LAMMPS *lmp, int narg, char **arg) : Fix(lmp, narg, arg)
+FixPeridemAdapt::FixPeridemAdapt(LAMMPS *lmp, int narg, char **arg) : FixNVE(lmp, narg, arg)
 {
   if (!atom->style_match("peridem"))
     error->all(FLERR, 2, "Fix {} requires atom style peridem; the atom style is {}", style,
@@ -147,15 +156,7 @@ void FixPeridemAdapt::init()
   const auto fixes = modify->get_fix_by_style("^peridem/bonds$");
   bonds = fixes.empty() ? nullptr : dynamic_cast<FixPeridemBonds *>(fixes[0]);
   solids = PairPeridem::find_all(lmp);
-  reset_dt();
-}
-
-/* ---------------------------------------------------------------------- */
-
-void FixPeridemAdapt::reset_dt()
-{
-  dtv = update->dt;
-  dtf = 0.5 * update->dt * force->ftm2v;
+  FixNVE::init();
 }
 
 /* ----------------------------------------------------------------------
@@ -181,7 +182,9 @@ void FixPeridemAdapt::setup_pre_force(int)
   } else {
     for (auto &grain : grains)
       if (grain.state != Grain::NONE) set_limits(grain);
+    follow_user();
   }
+  comm->forward_comm();    // ghosts move as their grains do now
   tell_bonds();
   pre_force(0);
 }
@@ -220,11 +223,11 @@ void FixPeridemAdapt::measure()
   MPI_Allreduce(MPI_IN_PLACE, &highest, 1, MPI_LMP_TAGINT, MPI_MAX, world);
   grains.resize(highest + 1, Grain());
 
-  constexpr int NSUMS = 6;    // volume, mass, three of place, broken bonds
-  std::vector<double> sum(NSUMS * (highest + 1), 0.0), weakest(3 * (highest + 1), INFINITE);
+  constexpr int N = 6;    // volume, mass, three of place, broken bonds
+  std::vector<double> sum(N * (highest + 1), 0.0), weakest(3 * (highest + 1), INFINITE);
   for (int i = 0; i < atom->nlocal; i++) {
     if (!(atom->mask[i] & groupbit)) continue;
-    double x[3], *const s = &sum[NSUMS * atom->molecule[i]];
+    double x[3], *const s = &sum[N * atom->molecule[i]];
     double *const w = &weakest[3 * atom->molecule[i]];
     locate(atom->x[i], i, x);
     s[0] += atom->vfrac[i];
@@ -245,7 +248,7 @@ void FixPeridemAdapt::measure()
 
   for (tagint mol = 1; mol <= highest; mol++) {
     auto &grain = grains[mol];
-    const double *const s = &sum[NSUMS * mol], *const w = &weakest[3 * mol];
+    const double *const s = &sum[N * mol], *const w = &weakest[3 * mol];
     if (s[1] == 0.0 || grain.state != Grain::NONE) continue;
     grain = Grain();
     grain.state = Grain::DEFORMABLE;
@@ -372,6 +375,38 @@ void FixPeridemAdapt::freeze(const std::vector<tagint> &which)
 }
 
 /* ----------------------------------------------------------------------
+   between runs the nodes of a rigid grain may have been moved or got other velocities (velocity,
+   displace_atoms): their motion is the grain's
+------------------------------------------------------------------------- */
+
+void FixPeridemAdapt::follow_user()
+{
+  auto which = listed(Grain::RIGID);
+  const auto sleeping = listed(Grain::ASLEEP);
+  which.insert(which.end(), sleeping.begin(), sleeping.end());
+  if (which.empty()) return;
+  const auto all = moments(which);
+  std::vector<tagint> changed;
+  for (std::size_t k = 0; k < which.size(); k++) {
+    const auto &grain = grains[which[k]];
+    PeridemRigidBody now = grain.body;
+    all[k].to_body(now);
+    const double arm = 0.5 * grain.size;
+    const double speed = std::sqrt(2.0 * all[k].kinetic / now.mass);
+    double moved = 0.0, pushed = 0.0;
+    for (int m = 0; m < 3; m++) {
+      moved = MAX(moved, std::fabs(now.x[m] - grain.body.x[m]));
+      pushed = MAX(pushed, std::fabs(now.v[m] - grain.body.v[m]));
+      pushed = MAX(pushed, std::fabs(now.l[m] - grain.body.l[m]) / (now.mass * arm));
+    }
+    if (moved > CHANGED * arm || pushed > CHANGED * speed) changed.push_back(which[k]);
+  }
+  const auto before = std::make_pair(taken, freezes);
+  freeze(changed);
+  std::tie(taken, freezes) = before;
+}
+
+/* ----------------------------------------------------------------------
    Its nodes have the places and velocities of the rigid body already. Under a load that came slowly
    it would swing about its equilibrium: that is damped away. A load that came within a period is an
    impact: what it makes is a wave, and stays.
@@ -418,8 +453,12 @@ void FixPeridemAdapt::setup(int)
 
 /* ---------------------------------------------------------------------- */
 
-void FixPeridemAdapt::initial_integrate(int)
+void FixPeridemAdapt::initial_integrate(int vflag)
 {
+  if (rigid_grains.empty()) {
+    FixNVE::initial_integrate(vflag);
+    return;
+  }
   move_deformable(true);
   for (auto &grain : grains)
     if (grain.state == Grain::RIGID) {
@@ -429,9 +468,7 @@ void FixPeridemAdapt::initial_integrate(int)
   place();
 }
 
-/* ----------------------------------------------------------------------
-   as fix nve does it, operation by operation
-------------------------------------------------------------------------- */
+/* ---------------------------------------------------------------------- */
 
 void FixPeridemAdapt::move_deformable(bool drift)
 {
@@ -483,17 +520,23 @@ void FixPeridemAdapt::set_velocities()
 
 void FixPeridemAdapt::final_integrate()
 {
-  move_deformable(false);
-  sum_forces();
-  for (auto &grain : grains)
-    if (grain.state == Grain::RIGID) grain.body.kick(dtf);
-  set_velocities();
+  if (rigid_grains.empty())
+    FixNVE::final_integrate();
+  else {
+    move_deformable(false);
+    sum_forces();
+    for (auto &grain : grains)
+      if (grain.state == Grain::RIGID) grain.body.kick(dtf);
+    set_velocities();
+  }
   relax_vibration();
 
   bool changed = consider_loads();
   if (update->ntimestep % every == 0) changed = look_for_quiet() || changed;
   for (auto &grain : grains) grain.since += dtv;
-  if (changed) tell_bonds();
+  if (!changed) return;
+  tell_bonds();
+  sum_forces();
 }
 
 /* ----------------------------------------------------------------------
@@ -511,14 +554,13 @@ void FixPeridemAdapt::sum_forces()
     }
   if (rigid_grains.empty()) return;
 
-  constexpr int N = 15;    // force, torque, moment
-  sums.assign(N * rigid_grains.size(), 0.0);
+  sums.assign(NSUMS * rigid_grains.size(), 0.0);
   highest.assign(rigid_grains.size(), 0.0);
   for (int i = 0; i < atom->nlocal; i++) {
     const auto *const grain = grain_of(i);
     if (!grain || !grain->rigid()) continue;
     const int k = slot[atom->molecule[i]];
-    add_force(i, grain->body, &sums[N * k], highest[k]);
+    add_force(i, grain->body, &sums[NSUMS * k], highest[k]);
   }
   MPI_Allreduce(MPI_IN_PLACE, sums.data(), static_cast<int>(sums.size()), MPI_DOUBLE, MPI_SUM, world);
   MPI_Allreduce(MPI_IN_PLACE, highest.data(), static_cast<int>(highest.size()), MPI_DOUBLE, MPI_MAX,
@@ -527,7 +569,7 @@ void FixPeridemAdapt::sum_forces()
   const bool flat = domain->dimension == 2;
   for (std::size_t k = 0; k < rigid_grains.size(); k++) {
     auto &body = grains[rigid_grains[k]].body;
-    const double *const s = &sums[N * k];
+    const double *const s = &sums[NSUMS * k];
     std::copy_n(s, 3, body.force);
     std::copy_n(s + 3, 3, body.torque);
     if (flat) body.force[2] = body.torque[0] = body.torque[1] = 0.0;
@@ -550,6 +592,7 @@ void FixPeridemAdapt::add_force(int i, const PeridemRigidBody &body, double *sum
     const double part = f[a] - atom->rmass[i] * body.force[a] / body.mass;
     bending += part * part;
   }
+  sum[15] += MathExtra::len3(f);
   sum[3] += r[1] * f[2] - r[2] * f[1];
   sum[4] += r[2] * f[0] - r[0] * f[2];
   sum[5] += r[0] * f[1] - r[1] * f[0];
@@ -568,7 +611,7 @@ bool FixPeridemAdapt::consider_loads()
   for (std::size_t k = 0; k < rigid_grains.size(); k++) {
     auto &grain = grains[rigid_grains[k]];
     PeridemLoad load;
-    std::copy_n(&sums[15 * k + 6], 9, load.moment);
+    std::copy_n(&sums[NSUMS * k + 6], 9, load.moment);
     grain.body.add_spinning(load.moment);
     load.node = std::sqrt(highest[k]);
     const double bound = std::isfinite(grain.limit)
@@ -578,23 +621,25 @@ bool FixPeridemAdapt::consider_loads()
       wake(rigid_grains[k]);
       changed = true;
     } else if (sleep > 0.0)
-      changed = rest(rigid_grains[k]) || changed;
+      changed = rest(k) || changed;
   }
   return changed;
 }
 
 /* ----------------------------------------------------------------------
-   a grain sleeps while the forces on it would not bring it to the speed in one interval of checks
+   a grain sleeps while the forces on it balance, and what is left of them would not bring it to the
+   speed in one interval of checks
 ------------------------------------------------------------------------- */
 
-bool FixPeridemAdapt::rest(tagint mol)
+bool FixPeridemAdapt::rest(std::size_t k)
 {
-  auto &grain = grains[mol];
+  auto &grain = grains[rigid_grains[k]];
   const auto &body = grain.body;
   const double arm = 0.5 * grain.size, interval = every * dtv * force->ftm2v;
   const double push = MathExtra::len3(body.force) / body.mass;
   const double turn = MathExtra::len3(body.torque) / (body.mass * arm);
-  const bool pushed = interval * (push + turn) > sleep;
+  const bool pushed = interval * (push + turn) > sleep ||
+      MathExtra::len3(body.force) > UNBALANCED * sums[NSUMS * k + 15];
   if (grain.state == Grain::ASLEEP) {
     if (pushed) grain.state = Grain::RIGID;
     return pushed;
@@ -603,7 +648,7 @@ bool FixPeridemAdapt::rest(tagint mol)
   const bool slow = MathExtra::len3(body.v) + arm * MathExtra::len3(body.omega) < sleep;
   grain.quiet = slow && !pushed ? grain.quiet + 1 : 0;
   if (grain.quiet < hold) return false;
-  fall_asleep(mol);
+  fall_asleep(rigid_grains[k]);
   return true;
 }
 

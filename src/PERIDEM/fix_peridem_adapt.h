@@ -18,7 +18,7 @@ FixStyle(peridem/adapt,FixPeridemAdapt);
 #ifndef LMP_FIX_PERIDEM_ADAPT_H
 #define LMP_FIX_PERIDEM_ADAPT_H
 
-#include "fix.h"
+#include "fix_nve.h"
 #include "peridem_adapt_grain.h"
 
 #include <vector>
@@ -32,7 +32,7 @@ class PairPeridem;
 // deform from then on.  All ranks hold the table of the grains and see the same sums, so they decide
 // alike.
 
-class FixPeridemAdapt : public Fix {
+class FixPeridemAdapt : public FixNVE {
  public:
   FixPeridemAdapt(class LAMMPS *, int, char **);
   ~FixPeridemAdapt() override;
@@ -43,7 +43,6 @@ class FixPeridemAdapt : public Fix {
   void initial_integrate(int) override;
   void pre_force(int) override;
   void final_integrate() override;
-  void reset_dt() override;
 
   double compute_vector(int) override;
   double memory_usage() override;
@@ -80,13 +79,13 @@ class FixPeridemAdapt : public Fix {
   double **offset{nullptr};    // of nodes of rigid grains, in the body's axes
   double *state{nullptr};      // of nodes, for output
   bool states_stale{true};
-  double dtv{0.0}, dtf{0.0};
   double taken{0.0};
   bigint wakes{0}, freezes{0};
   FixPeridemBonds *bonds{nullptr};
   std::vector<PairPeridem *> solids;
 
   // of this step: the rigid grains, where each of them is in that list, sums over its nodes
+  static constexpr int NSUMS = 16;    // force, torque, moment, sizes of forces
   std::vector<tagint> rigid_grains;
   std::vector<int> slot;
   std::vector<double> sums, highest;
@@ -100,6 +99,7 @@ class FixPeridemAdapt : public Fix {
   std::vector<tagint> listed(int state) const;
   std::vector<PeridemMoments> moments(const std::vector<tagint> &);
   void freeze(const std::vector<tagint> &);
+  void follow_user();
   void wake(tagint);
   void fall_asleep(tagint);
   void tell_bonds();
@@ -110,7 +110,7 @@ class FixPeridemAdapt : public Fix {
   void sum_forces();
   void add_force(int i, const PeridemRigidBody &, double *sum, double &node) const;
   bool consider_loads();
-  bool rest(tagint);
+  bool rest(std::size_t);
   void relax_vibration();
   bool look_for_quiet();
   void strain_energies(const std::vector<tagint> &, std::vector<double> &) const;
