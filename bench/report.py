@@ -30,7 +30,7 @@ def write(results: Path, page: Path, parts: Sequence[str]) -> None:
         )
         if words not in machines:
             machines.append(words)
-        rows: list[table.Row] = [*table.read(results / f"{name}.csv")]
+        rows = [table.Row(row) for row in table.read(results / f"{name}.csv")]
         text = f"## {note['title']}\n\n{table.markdown(rows)}\n\n{note['text']}\n"
         picture = results / f"{name}.png"
         if picture.is_file():

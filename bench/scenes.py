@@ -52,5 +52,5 @@ def comment(rows: list[Row], machine: Machine) -> str:
     """What the columns mean."""
     return """\
 Pair holds bonds and contact, Modify the time integration, gravity, the walls and the search for the
-time step, Neigh the lists that are built anew, Comm what ghosts need, Output thermo and its energies, Other
-the clearing of forces."""
+time step, Neigh the lists that are built anew, Comm what ghosts need, Output thermo with its
+energies, Other the clearing of forces."""

@@ -14,9 +14,9 @@
 // Two parts, both of the forces f' = f - m a that bend the grain (a: its rigid acceleration):
 //  - the average stress of the grain, sum f' (x) r / V (Love 1927, Weber 1966), over Young's modulus;
 //  - near the node that is loaded most, |f'| / (E h^(d-1)) with h = V_node^(1/d).
-// FACTOR times their sum is a bound of the largest stretch of grains of several shapes under random
-// loads, found by solving for their elastic equilibrium (bench/load_measure.py): exact would be
-// between 0.1 and 1 of it in tension.  Where bonds break in compression too the bound is larger.
+// FACTOR times their sum bounds the largest stretch of grains of several shapes under random loads,
+// found by solving for their elastic equilibrium (bench/load_measure.py); typical tensile stretches
+// are a tenth to a third of it.  Where bonds break in compression too the factor is larger.
 
 #ifndef LMP_PERIDEM_LOAD_H
 #define LMP_PERIDEM_LOAD_H
@@ -24,7 +24,7 @@
 namespace LAMMPS_NS {
 
 struct PeridemLoad {
-  static constexpr double FACTOR_TENSION = 1.4, FACTOR_BOTH = 3.5;
+  static constexpr double FACTOR_TENSION = 1.7, FACTOR_BOTH = 3.5;
 
   double moment[9];     // sum f (x) r over the nodes of the grain
   double node;          // largest |f'| / h^(d-1)

@@ -15,7 +15,9 @@ STEPS = 150
 
 def mixed_scene(one, grid: str, name: str, steps: int, extra: str = "") -> str:
     """The tumbling heap with adaptive grains; two of four have met when it ends."""
-    text = heap_script(one, 2, grid, "on", name, steps=steps, extra=REBUILD + extra, contact=SPRINGS)
+    text = heap_script(
+        one, 2, grid, "on", name, steps=steps, extra=REBUILD + extra, contact=SPRINGS
+    )
     return text.replace("fix motion all nve", f"fix motion all {ADAPT}").replace(WRITE, STATE)
 
 

@@ -22,7 +22,7 @@ DEFORMABLE, RIGID, ASLEEP = 1, 2, 3  # what the fix gives per atom
 def two_discs(speed: float, spin: float = 0.0, offset: float = 0.0, radius: float = 4.0) -> Cloud:
     """Two discs on their way to each other along x."""
     x = disc(radius)
-    right = rotated(x, 0.3) + (2 * radius + 1.1, offset, 0.0)
+    right = rotated(x, 0.3) + np.array([2 * radius + 1.1, offset, 0.0])
     parts = [cloud(x, dimension=2), cloud(right, dimension=2, molecule=2)]
     for part, sign in zip(parts, (1.0, -1.0), strict=True):
         part.v[:, 0] = 0.5 * sign * speed
