@@ -46,7 +46,6 @@ pair_coeff * * peridem/contact restitution 0.7 friction 0.3
 # LAMMPS's own remark on scenes without contact
 HARMLESS = "No pairwise cutoff or binsize set"
 RUN = """
-fix motion all nve
 timestep 5.0e-8
 thermo 10
 run 20
@@ -65,8 +64,10 @@ def examples(page: str) -> list[str]:
 def scripts(block: str) -> list[str]:
     if block.startswith("atom_style"):
         lines = block.strip().splitlines()
-        return [SCENE.replace("atom_style peridem", line) + PAIR + RUN for line in lines]
-    return [SCENE + ("" if "pair_style" in block else PAIR) + block + RUN]
+        motion = "fix motion all nve"
+        return [SCENE.replace("atom_style peridem", one) + PAIR + motion + RUN for one in lines]
+    motion = "" if "fix motion" in block else "fix motion all nve"
+    return [SCENE + ("" if "pair_style" in block else PAIR) + block + motion + RUN]
 
 
 def messages() -> list[str]:

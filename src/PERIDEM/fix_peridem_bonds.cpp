@@ -750,6 +750,7 @@ void FixPeridemBonds::flag_rigid()
     for (bigint k = start[i]; rigid[i] && k < start[i] + num[i]; k++)
       rigid[i] = moves_rigidly(partner[k]);
   }
+  version++;
 }
 
 /* ---------------------------------------------------------------------- */

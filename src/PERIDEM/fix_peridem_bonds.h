@@ -87,7 +87,7 @@ class FixPeridemBonds : public Fix {
 
   int unbroken_bit{0};    // bonds between two nodes of this group never break
 
-  bigint version{0};    // counts the rebuilds of local indices
+  bigint version{0};    // counts the rebuilds of local indices and changes of what is rigid
 
   // bonds broken since the last reneighbouring, by local index
   struct Broken {

@@ -155,9 +155,8 @@ def test_the_energy_that_switches_take_is_booked(simulation):
     motion = sim.fix_vector("motion", 7)
     assert motion[3] >= 2 and motion[4] >= 2 and motion[5] > 0.0
     kinetic = 0.5 * (one.mass[:, None] * one.v**2).sum()
-    # at a switch the step's share of the viscous power is off by half a step, a few per mille of
-    # what is taken there
-    assert abs(ledger[7]) < 2e-3 * kinetic
+    # at a switch the share of half a step is missing: measured 3e-5 of the energy that there is
+    assert abs(ledger[7]) < 1e-4 * kinetic
     assert ledger[4] > 10 * abs(ledger[7])
 
 
