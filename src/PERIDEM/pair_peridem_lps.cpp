@@ -16,6 +16,7 @@
 #include "pair_peridem_lps.h"
 
 #include "fix_peridem_bonds.h"
+#include "peridem_batch.h"
 
 #include "atom.h"
 #include "comm.h"
@@ -23,8 +24,11 @@
 #include "force.h"
 #include "memory.h"
 
+#include <algorithm>
 #include <cmath>
+#include <cstring>
 #include <limits>
+#include <string>
 
 using namespace LAMMPS_NS;
 
@@ -49,6 +53,30 @@ PairPeridemLPS::~PairPeridemLPS()
   memory->destroy(pressure);
   memory->destroy(stiffness);
   memory->destroy(dashpot);
+}
+
+/* ----------------------------------------------------------------------
+   engine auto|general|batched
+------------------------------------------------------------------------- */
+
+void PairPeridemLPS::settings(int narg, char **arg)
+{
+  static const char *const known[] = {"auto", "general", "batched"};
+  engine = AUTO;
+  if (narg) {
+    if (strcmp(arg[0], "engine") != 0)
+      error->all(FLERR, Error::NOPOINTER, "Unknown pair style {} keyword {}: known is engine", name,
+                 arg[0]);
+    if (narg != 2)
+      error->all(FLERR, Error::NOPOINTER,
+                 "Pair style {} engine needs one word: auto, general or batched", name);
+    const auto *const which = std::find(known, known + 3, std::string(arg[1]));
+    if (which == known + 3)
+      error->all(FLERR, Error::NOPOINTER,
+                 "Pair style {} engine {}: must be auto, general or batched", name, arg[1]);
+    engine = static_cast<int>(which - known);
+  }
+  PairPeridem::settings(0, nullptr);
 }
 
 /* ---------------------------------------------------------------------- */
@@ -76,6 +104,34 @@ void PairPeridemLPS::init_style()
                      own.gc, own.spacing_text());
   }
   constants_version = -1;
+  init_batch();
+}
+
+/* ---------------------------------------------------------------------- */
+
+void PairPeridemLPS::init_batch()
+{
+  batch_version = -1;
+  batching = theta_stale = false;
+  if (engine == GENERAL) {
+    batch.reset();
+    return;
+  }
+  std::vector<PeridemBatch::Law> laws(atom->ntypes + 1);
+  for (int i = 1; i <= atom->ntypes; i++) {
+    laws[i].here = covers(i);
+    if (!covers(i)) continue;
+    const auto &own = material(i, i);
+    laws[i].softness = own.dilatation_modulus() * own.dim();
+    laws[i].s0 = own.s0;
+    laws[i].both = own.break_both;
+    laws[i].viscous = own.viscosity > 0.0;
+  }
+  if (!batch)
+    batch = std::make_unique<PeridemBatch>(lmp, [this](int i) {
+      careful_row(i);
+    });
+  batch->init(bonds, laws, engine == BATCHED);
 }
 
 /* ---------------------------------------------------------------------- */
@@ -86,6 +142,27 @@ void PairPeridemLPS::compute(int eflag, int vflag)
   grow();
   if (constants_version != bonds->version) node_constants();
 
+  if (batch && batch_version != bonds->version) {
+    batch->plan(stiffness, dashpot);
+    batch_version = bonds->version;
+  }
+
+  // energy and virial are tallied bond by bond, by the general engine
+
+  batching = batch && !evflag;
+  theta_stale = false;
+  if (batching) batch->compute();
+  if (!batching || batch->general_too()) general_passes();
+  theta_stale = batching;
+  if (books.open) book_viscous_forces();
+}
+
+/* ----------------------------------------------------------------------
+   nodes that are in no batch
+------------------------------------------------------------------------- */
+
+void PairPeridemLPS::general_passes()
+{
   if (any_both)
     dilatation_pass<true>();
   else
@@ -103,7 +180,37 @@ void PairPeridemLPS::compute(int eflag, int vflag)
     else
       force_pass<false>();
   }
-  if (books.open) book_viscous_forces();
+}
+
+/* ----------------------------------------------------------------------
+   has node i nothing to compute here?
+------------------------------------------------------------------------- */
+
+inline bool PairPeridemLPS::elsewhere(int i) const
+{
+  return bonds->num[i] <= 0 || bonds->rigid[i] || (batching && batch->covers(i));
+}
+
+/* ----------------------------------------------------------------------
+   dilatations that the batches hold, once somebody asks
+------------------------------------------------------------------------- */
+
+void PairPeridemLPS::fetch_dilatations() const
+{
+  if (!theta_stale) return;
+  theta_stale = false;
+  batch->each_sum([this](int i, double sum) {
+    set_dilatation(i, sum);
+  });
+}
+
+/* ---------------------------------------------------------------------- */
+
+double PairPeridemLPS::dilatation(int i) const
+{
+  if (!theta) return 0.0;
+  fetch_dilatations();
+  return theta[i];
 }
 
 /* ---------------------------------------------------------------------- */
@@ -155,7 +262,7 @@ template <bool BOTH> void PairPeridemLPS::dilatation_pass()
 
   for (int i = 0; i < nlocal; i++) {
     theta[i] = pressure[i] = 0.0;
-    if (bonds->num[i] <= 0 || bonds->rigid[i]) continue;
+    if (elsewhere(i)) continue;
     if (bonds->mixed[i]) {
       set_dilatation(i, careful_row(i));
       continue;
@@ -194,7 +301,7 @@ template <bool BOTH> void PairPeridemLPS::dilatation_pass()
    sum = sum over bonds of w v V_i V_j R e
 ------------------------------------------------------------------------- */
 
-void PairPeridemLPS::set_dilatation(int i, double sum)
+void PairPeridemLPS::set_dilatation(int i, double sum) const
 {
   const double m = bonds->wvolume[i];
   if (!(m > 0.0)) return;
@@ -270,6 +377,7 @@ double PairPeridemLPS::strain_energy(int i) const
 {
   const double m = bonds->wvolume[i];
   if (!theta || !(m > 0.0)) return 0.0;
+  fetch_dilatations();
   double **x = atom->x;
   double sum = 0.0;
   for (bigint k = bonds->start[i]; k < bonds->start[i] + bonds->num[i]; k++) {
@@ -325,6 +433,7 @@ double PairPeridemLPS::energy_to_break(int i) const
 void PairPeridemLPS::stress(int i, double *sigma) const
 {
   for (int k = 0; k < 6; k++) sigma[k] = 0.0;
+  fetch_dilatations();
   if (!theta || !(bonds->wvolume[i] > 0.0)) return;
   double **x = atom->x;
   for (bigint k = bonds->start[i]; k < bonds->start[i] + bonds->num[i]; k++) {
@@ -362,7 +471,7 @@ template <bool VISCOUS> void PairPeridemLPS::force_pass()
   const double *const weight = bonds->weight.data();
 
   for (int i = 0; i < nlocal; i++) {
-    if (bonds->num[i] <= 0 || bonds->rigid[i]) continue;
+    if (elsewhere(i)) continue;
     const double xi = x[3 * i], yi = x[3 * i + 1], zi = x[3 * i + 2];
     const double ai = a[i], bi = b[i];
     const bigint begin = bonds->start[i], end = begin + bonds->num[i];
@@ -513,7 +622,24 @@ void PairPeridemLPS::apply_stiffness(const std::vector<double> &u, std::vector<d
 
 /* ---------------------------------------------------------------------- */
 
+void PairPeridemLPS::write_restart_settings(FILE *fp)
+{
+  PairPeridem::write_restart_settings(fp);
+  fwrite(&engine, sizeof(int), 1, fp);
+}
+
+/* ---------------------------------------------------------------------- */
+
+void PairPeridemLPS::read_restart_settings(FILE *fp)
+{
+  PairPeridem::read_restart_settings(fp);
+  if (comm->me == 0) utils::sfread(FLERR, &engine, sizeof(int), 1, fp, nullptr, error);
+  MPI_Bcast(&engine, 1, MPI_INT, 0, world);
+}
+
+/* ---------------------------------------------------------------------- */
+
 double PairPeridemLPS::memory_usage()
 {
-  return Pair::memory_usage() + 4.0 * nmax * sizeof(double);
+  return Pair::memory_usage() + 4.0 * nmax * sizeof(double) + (batch ? batch->memory_usage() : 0.0);
 }

@@ -20,6 +20,8 @@ PairStyle(peridem/lps,PairPeridemLPS);
 
 #include "pair_peridem.h"
 
+#include <memory>
+
 namespace LAMMPS_NS {
 
 // The linear peridynamic solid (Silling et al. 2007), in 3d, plane strain and plane stress:
@@ -31,11 +33,14 @@ class PairPeridemLPS : public PairPeridem {
  public:
   PairPeridemLPS(class LAMMPS *);
   ~PairPeridemLPS() override;
+  void settings(int, char **) override;
   void init_style() override;
   void compute(int, int) override;
-  double dilatation(int i) const override { return theta ? theta[i] : 0.0; }
+  double dilatation(int) const override;
   double strain_energy(int) const override;
   void stress(int, double *) const override;
+  void write_restart_settings(FILE *) override;
+  void read_restart_settings(FILE *) override;
   double memory_usage() override;
 
  protected:
@@ -58,6 +63,18 @@ class PairPeridemLPS : public PairPeridem {
   bool any_both{false}, any_viscous{false};
   bigint constants_version{-1};
 
+  enum Engine { AUTO, GENERAL, BATCHED };
+  int engine{AUTO};
+  std::unique_ptr<class PeridemBatch> batch;    // null with engine general
+  bigint batch_version{-1};
+  bool batching{false};               // does the present step use the batches?
+  mutable bool theta_stale{false};    // dilatations of the last step are still in the batches
+
+  void init_batch();
+  void fetch_dilatations() const;
+  bool elsewhere(int) const;
+  void general_passes();
+
   void grow();
   void node_constants();
   template <bool BOTH> void dilatation_pass();
@@ -65,7 +82,7 @@ class PairPeridemLPS : public PairPeridem {
   double careful_row(int);
   double energy_rate(int) const;
   double energy_to_break(int) const;
-  void set_dilatation(int, double);
+  void set_dilatation(int, double) const;
   template <bool VISCOUS> void force_pass();
   template <bool VISCOUS> void force_pass_tally();
   void book_viscous_forces();

@@ -125,7 +125,7 @@ def test_plane_in_3d(simulation):
 
 
 def test_pair_style_arguments(simulation):
-    fails(grain(simulation), "pair_style peridem/lps 3.0", "takes no arguments; given: 3.0")
+    fails(grain(simulation), "pair_style peridem/pmb 3.0", "takes no arguments; given: 3.0")
 
 
 def test_pair_coeff_missing_for_a_type(simulation):

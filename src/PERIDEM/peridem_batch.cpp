@@ -1,0 +1,267 @@
+/* --------------------------------------------------------------------
+   LAMMPS - Large-scale Atomic/Molecular Massively Parallel Simulator
+   https://www.lammps.org/, Sandia National Laboratories
+   LAMMPS development team: developers@lammps.org
+
+   This file is part of PERIDEM, a package for LAMMPS.  It is distributed
+   under the GNU General Public License, version 2.
+
+   See the README file in the top-level LAMMPS directory.
+------------------------------------------------------------------------- */
+
+/* ----------------------------------------------------------------------
+   Contributing author: the PERIDEM developers
+------------------------------------------------------------------------- */
+
+#include "peridem_batch.h"
+
+#include "fix_peridem_bonds.h"
+#include "peridem_batch_kernel.h"
+
+#include "atom.h"
+#include "comm.h"
+#include "domain.h"
+#include "error.h"
+
+#include <algorithm>
+#include <cmath>
+
+using namespace LAMMPS_NS;
+using PeridemSimd::Lanes;
+using PeridemSimd::Pack;
+using PeridemSimd::WIDTH;
+
+// The batches pick nodes that may have a breaking bond; the general engine's row decides. The margin
+// covers what the two may differ by.
+static constexpr double MARGIN = 1.0e-10;
+
+/* ---------------------------------------------------------------------- */
+
+PeridemBatch::PeridemBatch(LAMMPS *lmp, CarefulRow _careful_row) :
+    Pointers(lmp), careful_row(std::move(_careful_row)), thePlan(lmp)
+{
+}
+
+/* ---------------------------------------------------------------------- */
+
+void PeridemBatch::init(FixPeridemBonds *_bonds, const std::vector<Law> &_laws, bool _forced)
+{
+  bonds = _bonds;
+  laws = _laws;
+  forced = _forced;
+  reported = false;
+}
+
+/* ---------------------------------------------------------------------- */
+
+void PeridemBatch::plan(const double *stiffness, const double *dashpot)
+{
+  const std::vector<PeridemBatchPlan::Law> slim(laws.begin(), laws.end());
+  thePlan.build(bonds, slim, stiffness, dashpot, forced);
+  broken_seen = bonds->broken.size();
+
+  int mine = 0, any;
+  for (int i = 0; i < atom->nlocal && !mine; i++)
+    if (laws[atom->type[i]].here && bonds->num[i] > 0 && !bonds->rigid[i] && !covers(i)) mine = 1;
+  MPI_Allreduce(&mine, &any, 1, MPI_INT, MPI_MAX, world);
+  general = any;
+  if (!reported) report();
+  reported = true;
+}
+
+/* ----------------------------------------------------------------------
+   at the start of a run, if it is news: what is batched, and why not the rest
+------------------------------------------------------------------------- */
+
+void PeridemBatch::report()
+{
+  const std::string reasons[PeridemBatchPlan::NREASONS] = {
+      "on several ranks or across a periodic boundary", "of several types or out of the plane",
+      "with rigid nodes", fmt::format("with more than {} nodes", PeridemBatchPlan::MAXNODES),
+      "with too few of their shape and size"};
+  std::array<bigint, PeridemBatchPlan::NREASONS + 1> mine, all;
+  std::copy(thePlan.left.begin(), thePlan.left.end(), mine.begin());
+  mine.back() = thePlan.grains_batched();
+  MPI_Reduce(mine.data(), all.data(), static_cast<int>(mine.size()), MPI_LMP_BIGINT, MPI_SUM, 0,
+             world);
+  if (comm->me) return;
+
+  bigint left = 0;
+  std::string why;
+  for (int k = 0; k < PeridemBatchPlan::NREASONS; k++) {
+    left += all[k];
+    if (all[k]) why += fmt::format("{}{} {}", why.empty() ? ": " : ", ", all[k], reasons[k]);
+  }
+  const auto news =
+      fmt::format("{} grains computed {} at a time, {} one by one{}", all.back(), WIDTH, left, why);
+  if (news == said) return;
+  said = news;
+  utils::logmesg(lmp, "PERIDEM: {}\n", news);
+  if (forced && left)
+    error->warning(FLERR, "Pair style peridem/lps engine batched: {} grains cannot be batched{}",
+                   left, why);
+}
+
+/* ---------------------------------------------------------------------- */
+
+void PeridemBatch::compute()
+{
+  drop_broken();
+  for (auto &group : thePlan.groups) {
+    if (domain->dimension == 3)
+      one_group<3>(group);
+    else
+      one_group<2>(group);
+  }
+}
+
+/* ----------------------------------------------------------------------
+   bonds that broke since the batches were last looked at, at both of their ends
+------------------------------------------------------------------------- */
+
+void PeridemBatch::drop_broken()
+{
+  if (broken_seen == bonds->broken.size()) return;
+  for (; broken_seen < bonds->broken.size(); broken_seen++) {
+    const auto &bond = bonds->broken[broken_seen];
+    if (!covers(bond.i)) continue;
+    const auto &place = thePlan.places[bond.i];
+    thePlan.groups[place.group].drop_bond(place.lane, thePlan.number[bond.i],
+                                          thePlan.number[bond.j]);
+  }
+}
+
+/* ---------------------------------------------------------------------- */
+
+void PeridemBatch::gather(const PeridemBatchGroup &group, double **from,
+                          std::vector<Pack> &to) const
+{
+  const int dim = domain->dimension;
+  const double *const values = from[0];
+  to.resize(static_cast<std::size_t>(dim) * group.nodes);
+  for (int n = 0; n < group.nodes; n++)
+    for (int lane = 0; lane < WIDTH; lane++) {
+      const double *const one = values + 3 * static_cast<bigint>(group.index[n * WIDTH + lane]);
+      for (int m = 0; m < dim; m++) PeridemSimd::set(to[dim * n + m], lane, one[m]);
+    }
+}
+
+/* ---------------------------------------------------------------------- */
+
+template <int DIM> void PeridemBatch::one_group(PeridemBatchGroup &group)
+{
+  gather(group, atom->x, x);
+  stretches<DIM>(group);
+  if (std::isfinite(laws[group.type].s0)) {
+    if (look_closely(group)) stretches<DIM>(group);
+    record_stretches(group);
+  }
+  forces<DIM>(group);
+}
+
+/* ---------------------------------------------------------------------- */
+
+template <int DIM> void PeridemBatch::stretches(PeridemBatchGroup &group)
+{
+  using namespace PeridemBatchKernel;
+  const auto &law = laws[group.type];
+  const Bonds list{group.nodes, group.first.data(), group.partner.data(), group.inverse.data(),
+                   group.strength.data()};
+  std::fill(group.sum.begin(), group.sum.end(), Pack{});
+  top.assign(group.nodes, Pack{});
+  if (!std::isfinite(law.s0))
+    stretch_pass<DIM, false, false>(list, x.data(), group.sum.data(), top.data());
+  else if (law.both)
+    stretch_pass<DIM, true, true>(list, x.data(), group.sum.data(), top.data());
+  else
+    stretch_pass<DIM, true, false>(list, x.data(), group.sum.data(), top.data());
+}
+
+/* ----------------------------------------------------------------------
+   does a bond break? the general engine's rows decide, at both ends of it
+------------------------------------------------------------------------- */
+
+bool PeridemBatch::look_closely(PeridemBatchGroup &group)
+{
+  const double limit = laws[group.type].s0 * (1.0 - MARGIN);
+  bool close = false;
+  for (int n = 0; n < group.nodes && !close; n++)
+    close = PeridemSimd::any_above(top[n].v, PeridemSimd::all(limit));
+  if (!close) return false;
+
+  const auto before = bonds->broken.size();
+  for (int n = 0; n < group.nodes; n++)
+    for (int lane = 0; lane < group.lanes; lane++)
+      if (PeridemSimd::get(top[n], lane) > limit) careful_row(group.index[n * WIDTH + lane]);
+  drop_broken();
+  return bonds->broken.size() > before;
+}
+
+/* ---------------------------------------------------------------------- */
+
+void PeridemBatch::record_stretches(PeridemBatchGroup &group)
+{
+  const double scale = 1.0 / laws[group.type].s0;
+  for (int n = 0; n < group.nodes; n++)
+    if (PeridemSimd::any_above(scale * top[n].v, group.most[n].v)) record_stretch(group, n, scale);
+}
+
+/* ----------------------------------------------------------------------
+   of nodes near breaking the row has recorded it: bonds that never break do not count there
+------------------------------------------------------------------------- */
+
+void PeridemBatch::record_stretch(PeridemBatchGroup &group, int n, double scale)
+{
+  for (int lane = 0; lane < group.lanes; lane++) {
+    double &known = bonds->maxstretch[group.index[n * WIDTH + lane]];
+    const double reached = scale * PeridemSimd::get(top[n], lane);
+    if (reached > known && reached <= 1.0 - MARGIN) known = reached;
+    PeridemSimd::set(group.most[n], lane, known);
+  }
+}
+
+/* ---------------------------------------------------------------------- */
+
+template <int DIM> void PeridemBatch::forces(PeridemBatchGroup &group)
+{
+  using namespace PeridemBatchKernel;
+  const Bonds list{group.nodes, group.first.data(), group.partner.data(), group.inverse.data(),
+                   group.strength.data()};
+  pressure.resize(group.nodes);
+  for (int n = 0; n < group.nodes; n++) pressure[n].v = group.soft[n].v * group.sum[n].v;
+  force.assign(static_cast<std::size_t>(DIM) * group.nodes, Pack{});
+  if (laws[group.type].viscous) {
+    gather(group, atom->v, v);
+    force_pass<DIM, true>(list, x.data(), v.data(), pressure.data(), group.stiff.data(),
+                          group.dashpot.data(), force.data());
+  } else {
+    force_pass<DIM, false>(list, x.data(), nullptr, pressure.data(), group.stiff.data(), nullptr,
+                           force.data());
+  }
+
+  double *const f = atom->f[0];
+  for (int n = 0; n < group.nodes; n++)
+    for (int lane = 0; lane < group.lanes; lane++) {
+      double *const one = f + 3 * static_cast<bigint>(group.index[n * WIDTH + lane]);
+      for (int m = 0; m < DIM; m++) one[m] += PeridemSimd::get(force[DIM * n + m], lane);
+    }
+}
+
+/* ---------------------------------------------------------------------- */
+
+void PeridemBatch::each_sum(const std::function<void(int, double)> &tell) const
+{
+  for (const auto &group : thePlan.groups)
+    for (int n = 0; n < group.nodes; n++)
+      for (int lane = 0; lane < group.lanes; lane++)
+        tell(group.index[n * WIDTH + lane], PeridemSimd::get(group.sum[n], lane));
+}
+
+/* ---------------------------------------------------------------------- */
+
+double PeridemBatch::memory_usage() const
+{
+  return thePlan.memory_usage() +
+      static_cast<double>((x.size() + v.size() + top.size() + pressure.size() + force.size()) *
+                          sizeof(Pack));
+}

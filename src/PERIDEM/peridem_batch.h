@@ -1,0 +1,78 @@
+/* -*- c++ -*- ----------------------------------------------------------
+   LAMMPS - Large-scale Atomic/Molecular Massively Parallel Simulator
+   https://www.lammps.org/, Sandia National Laboratories
+   LAMMPS development team: developers@lammps.org
+
+   This file is part of PERIDEM, a package for LAMMPS.  It is distributed
+   under the GNU General Public License, version 2.
+
+   See the README file in the top-level LAMMPS directory.
+------------------------------------------------------------------------- */
+
+// The batched engine of pair_style peridem/lps: grains of like families side by side, one in each lane
+// of the processor's registers.  Families, broken bonds and largest stretches stay those of
+// fix peridem/bonds: whoever reads them need not know which engine is at work.
+
+#ifndef LMP_PERIDEM_BATCH_H
+#define LMP_PERIDEM_BATCH_H
+
+#include "peridem_batch_plan.h"
+
+#include <functional>
+#include <string>
+
+namespace LAMMPS_NS {
+
+class PeridemBatch : protected Pointers {
+ public:
+  struct Law : PeridemBatchPlan::Law {    // of one atom type
+    double s0;                            // critical stretch
+    bool both;                            // bonds break in compression too
+    bool viscous;
+  };
+  // looks at every bond of an owned node, and breaks what must break
+  using CarefulRow = std::function<void(int)>;
+
+  PeridemBatch(class LAMMPS *, CarefulRow);
+
+  void init(FixPeridemBonds *, const std::vector<Law> &, bool forced);
+  // batches for the present local indices; collective
+  void plan(const double *stiffness, const double *dashpot);
+
+  // does any rank have bonds for the general engine?
+  bool general_too() const { return general; }
+  bool covers(int i) const { return thePlan.covered[i]; }
+
+  // add forces, break bonds
+  void compute();
+  // of owned nodes in batches: sum of w v V_i V_j R e over the bonds at the last compute()
+  void each_sum(const std::function<void(int, double)> &) const;
+
+  double memory_usage() const;
+
+ private:
+  CarefulRow careful_row;
+  FixPeridemBonds *bonds{nullptr};
+  std::vector<Law> laws;
+  bool forced{false}, reported{false}, general{true};
+  std::string said;    // the last report
+  PeridemBatchPlan thePlan;
+  std::size_t broken_seen{0};    // entries of bonds->broken that the batches know
+
+  // one batch at work, in cache
+  std::vector<PeridemSimd::Pack> x, v, top, pressure, force;
+
+  void report();
+  void drop_broken();
+  void gather(const PeridemBatchGroup &, double **from, std::vector<PeridemSimd::Pack> &) const;
+  template <int DIM> void one_group(PeridemBatchGroup &);
+  template <int DIM> void stretches(PeridemBatchGroup &);
+  bool look_closely(PeridemBatchGroup &);
+  void record_stretches(PeridemBatchGroup &);
+  void record_stretch(PeridemBatchGroup &, int n, double scale);
+  template <int DIM> void forces(PeridemBatchGroup &);
+};
+
+}    // namespace LAMMPS_NS
+
+#endif

@@ -1,0 +1,114 @@
+/* -*- c++ -*- ----------------------------------------------------------
+   LAMMPS - Large-scale Atomic/Molecular Massively Parallel Simulator
+   https://www.lammps.org/, Sandia National Laboratories
+   LAMMPS development team: developers@lammps.org
+
+   This file is part of PERIDEM, a package for LAMMPS.  It is distributed
+   under the GNU General Public License, version 2.
+
+   See the README file in the top-level LAMMPS directory.
+------------------------------------------------------------------------- */
+
+// The two passes of the linear peridynamic solid over a batch: grains of like families side by side,
+// one in each lane.  Each bond is visited once.  With s = e/R and q = w v V_i V_j R^2
+//   sum_i = sum q s,   F_ij = q (a_i + a_j + (b_i + b_j) s) / (R r) d
+// so a bond needs 1/R and q alone; where a grain lacks the bond both are 0.
+
+#ifndef LMP_PERIDEM_BATCH_KERNEL_H
+#define LMP_PERIDEM_BATCH_KERNEL_H
+
+#include "peridem_simd.h"
+
+namespace LAMMPS_NS {
+namespace PeridemBatchKernel {
+
+  using PeridemSimd::Lanes;
+  using PeridemSimd::Pack;
+
+  // square of a distance below which two nodes have no direction: no force, no division by 0
+  static constexpr double TINY = 1.0e-300;
+
+  // bonds first[n] <= k < first[n + 1] lead from node n to nodes partner[k] > n
+  struct Bonds {
+    int nodes;
+    const int *first;
+    const unsigned short *partner;
+    const Pack *inverse, *strength;    // 1/R and q
+  };
+
+  template <int DIM> inline Lanes separation(const Pack *x, int j, const Lanes *xn, Lanes *d)
+  {
+    Lanes square = PeridemSimd::all(TINY);
+    for (int m = 0; m < DIM; m++) {
+      d[m] = x[DIM * j + m].v - xn[m];
+      square += d[m] * d[m];
+    }
+    return square;
+  }
+
+  // sum, top: zero on entry; top = largest stretch, with BOTH largest size of the stretch
+  template <int DIM, bool BREAKS, bool BOTH>
+  void stretch_pass(const Bonds &bonds, const Pack *x, Pack *sum, Pack *top)
+  {
+    for (int n = 0; n < bonds.nodes; n++) {
+      Lanes xn[DIM], d[DIM], r, unused;
+      for (int m = 0; m < DIM; m++) xn[m] = x[DIM * n + m].v;
+      Lanes mysum = sum[n].v, mytop = top[n].v;
+      for (int k = bonds.first[n]; k < bonds.first[n + 1]; k++) {
+        const int j = bonds.partner[k];
+        PeridemSimd::root(separation<DIM>(x, j, xn, d), r, unused);
+        const Lanes s = r * bonds.inverse[k].v - 1.0;
+        const Lanes q = bonds.strength[k].v;
+        const Lanes part = q * s;
+        mysum += part;
+        sum[j].v += part;
+        if (BREAKS) {
+          const Lanes zero = {};
+          const Lanes reached = BOTH ? (q > zero ? PeridemSimd::larger(s, -s) : zero) : s;
+          mytop = PeridemSimd::larger(reached, mytop);
+          top[j].v = PeridemSimd::larger(reached, top[j].v);
+        }
+      }
+      sum[n].v = mysum;
+      top[n].v = mytop;
+    }
+  }
+
+  // v, g: velocities and dashpots, with VISCOUS; force: zero on entry
+  template <int DIM, bool VISCOUS>
+  void force_pass(const Bonds &bonds, const Pack *x, const Pack *v, const Pack *a, const Pack *b,
+                  const Pack *g, Pack *force)
+  {
+    for (int n = 0; n < bonds.nodes; n++) {
+      Lanes xn[DIM], vn[DIM], d[DIM], f[DIM], r, inverse_r, gn{};
+      for (int m = 0; m < DIM; m++) {
+        xn[m] = x[DIM * n + m].v;
+        f[m] = force[DIM * n + m].v;
+        if (VISCOUS) vn[m] = v[DIM * n + m].v;
+      }
+      const Lanes an = a[n].v, bn = b[n].v;
+      if (VISCOUS) gn = g[n].v;
+      for (int k = bonds.first[n]; k < bonds.first[n + 1]; k++) {
+        const int j = bonds.partner[k];
+        PeridemSimd::root(separation<DIM>(x, j, xn, d), r, inverse_r);
+        const Lanes inverse = bonds.inverse[k].v;
+        Lanes t = (an + a[j].v) + (bn + b[j].v) * (r * inverse - 1.0);
+        if (VISCOUS) {
+          Lanes rate = (v[DIM * j].v - vn[0]) * d[0];
+          for (int m = 1; m < DIM; m++) rate += (v[DIM * j + m].v - vn[m]) * d[m];
+          t += (gn + g[j].v) * rate * inverse_r * inverse;
+        }
+        t *= bonds.strength[k].v * inverse * inverse_r;
+        for (int m = 0; m < DIM; m++) {
+          f[m] += t * d[m];
+          force[DIM * j + m].v -= t * d[m];
+        }
+      }
+      for (int m = 0; m < DIM; m++) force[DIM * n + m].v = f[m];
+    }
+  }
+
+}    // namespace PeridemBatchKernel
+}    // namespace LAMMPS_NS
+
+#endif
