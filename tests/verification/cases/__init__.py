@@ -13,6 +13,7 @@ MODULES: dict[str, tuple[str, ...]] = {
     "Uniform strain": ("patch",),
     "Waves": ("waves",),
     "Convergence": ("convergence",),
+    "Contact": ("contact",),
     "Hard cases": ("hard_contact", "hard_grains", "hard_steps"),
     "Faults met elsewhere": ("hard_faults",),
     "Invariance": ("hard_invariance",),

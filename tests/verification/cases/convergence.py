@@ -344,9 +344,11 @@ def cloud_targets(curves, patch) -> list[Row]:
 
 CLOUD_NOTE = (
     "Nodes of a mesh add little: displacements on gmsh clouds are as good as on lattices, and "
-    "better at small h, since the nearly equilateral cells have no preferred axes and so less of an "
+    "better at small h, since the nearly equilateral cells have no preferred axes and so less "
+    "of an "
     "error of the moduli. How volumes are found does not matter there (lumped or Voronoi). On "
-    "lattices with nodes moved at random, worse clouds than gmsh makes, errors are first order in h, "
+    "lattices with nodes moved at random, worse clouds than gmsh makes, errors are first order "
+    "in h, "
     "and equal volumes for all nodes double them. Larger m makes both smaller."
 )
 
