@@ -17,6 +17,7 @@
 
 #include "fix_peridem_bonds.h"
 #include "pair_peridem_contact.h"
+#include "peridem_contact_parser.h"
 #include "peridem_grains.h"
 #include "peridem_surface_plane.h"
 #include "peridem_surface_region.h"
@@ -28,7 +29,6 @@
 #include "force.h"
 #include "modify.h"
 #include "neighbor.h"
-#include "respa.h"
 #include "update.h"
 
 #include <cmath>
@@ -37,6 +37,9 @@
 
 using namespace LAMMPS_NS;
 using namespace FixConst;
+
+// overlaps at the start deeper than this fraction of the contact distance are worth a warning
+static constexpr double WORTH_A_WARNING = 0.01;
 
 /* ---------------------------------------------------------------------- */
 
@@ -58,7 +61,6 @@ FixPeridemWall::FixPeridemWall(LAMMPS *lmp, int narg, char **arg) :
   extlist = new int[size_vector]{1, 1, 1, 1, 1, 1, 0, 1};
   energy_global_flag = 1;
   virial_global_flag = virial_peratom_flag = 1;
-  respa_level_support = 1;
   dynamic_group_allow = 1;
 
   int iarg = parse_surface(3, narg, arg);
@@ -103,7 +105,13 @@ int FixPeridemWall::parse_surface(int iarg, int narg, char **arg)
 
 int FixPeridemWall::parse_keyword(int iarg, int narg, char **arg)
 {
-  PeridemContactParser parser(lmp, std::string("Fix ") + style, 0);
+  if (strcmp(arg[iarg], "fragments") == 0)
+    error->all(
+        FLERR, iarg,
+        "Fix {} takes no fragments: that is about nodes of one grain, a keyword of pair style "
+        "peridem/contact",
+        style);
+  PeridemContactParser parser(lmp, std::string("fix ") + style, 0);
   int next = parser.parse(iarg, narg, arg, given);
   if (next == iarg) next = motion.parse(iarg, narg, arg);
   if (next > iarg) return next;
@@ -119,7 +127,7 @@ int FixPeridemWall::parse_keyword(int iarg, int narg, char **arg)
 
 int FixPeridemWall::setmask()
 {
-  return POST_FORCE | POST_FORCE_RESPA | MIN_POST_FORCE;
+  return POST_FORCE | MIN_POST_FORCE;
 }
 
 /* ----------------------------------------------------------------------
@@ -129,10 +137,10 @@ int FixPeridemWall::setmask()
 
 void FixPeridemWall::init()
 {
+  // springs and the work of the wall go by the time step, which several levels do not share
   if (utils::strmatch(update->integrate_style, "^respa"))
-    ilevel_respa = (respa_level >= 0)
-        ? MIN(respa_level, (dynamic_cast<Respa *>(update->integrate))->nlevels - 1)
-        : (dynamic_cast<Respa *>(update->integrate))->nlevels - 1;
+    error->all(FLERR, Error::NOLASTLINE, "Fix {} {} cannot be used with run_style respa", id,
+               style);
   surface->init();
   motion.init();
 
@@ -182,14 +190,9 @@ void FixPeridemWall::setup(int vflag)
 {
   follow_surface();
   if (!started) check_start();
+  post_force(vflag);
+  if (!started) check_overlaps();
   started = true;
-  if (utils::strmatch(update->integrate_style, "^respa")) {
-    auto *respa = dynamic_cast<Respa *>(update->integrate);
-    respa->copy_flevel_f(ilevel_respa);
-    post_force_respa(vflag, ilevel_respa, 0);
-    respa->copy_f_flevel(ilevel_respa);
-  } else
-    post_force(vflag);
 }
 
 /* ---------------------------------------------------------------------- */
@@ -251,6 +254,33 @@ void FixPeridemWall::check_start()
     error->all(FLERR, Error::NOLASTLINE,
                "Fix {} {}: {} nodes start {} (the first is atom-ID {}): {}", id, style, count,
                surface->wrong_side(), lowest, surface->right_side());
+}
+
+/* ----------------------------------------------------------------------
+   most likely a wall at the outline of a grain, and not R_c away from it
+------------------------------------------------------------------------- */
+
+void FixPeridemWall::check_overlaps()
+{
+  bigint count = 0;
+  double deepest_part = 0.0;
+  for (const int i : nearby.nodes()) {
+    double x[3], depth = 0.0;
+    for (int k = 0; k < 3; k++) x[k] = atom->x[i][k] - motion.shift[k];
+    const double radius = laws[atom->type[i]].radius;
+    feet.clear();
+    surface->feet(x, radius, feet);
+    for (const auto &foot : feet) depth = MAX(depth, 1.0 - foot.distance / radius);
+    if (depth > WORTH_A_WARNING) count++;
+    deepest_part = MAX(deepest_part, depth);
+  }
+  MPI_Allreduce(MPI_IN_PLACE, &count, 1, MPI_LMP_BIGINT, MPI_SUM, world);
+  MPI_Allreduce(MPI_IN_PLACE, &deepest_part, 1, MPI_DOUBLE, MPI_MAX, world);
+  if (count && comm->me == 0)
+    error->warning(FLERR,
+                   "Fix {} {}: {} nodes overlap the wall at the start, the deepest by {:.1f} % of "
+                   "the contact distance: they will be pushed off",
+                   id, style, count, 100.0 * deepest_part);
 }
 
 /* ----------------------------------------------------------------------
@@ -340,6 +370,7 @@ void FixPeridemWall::clear_loads()
 {
   loads.assign(surface->parts().size(), Load());
   shape_power = deepest = energy = springs = 0.0;
+  most_touched = 0;
   touches.clear();
   totals_known = false;
 }
@@ -374,6 +405,7 @@ void FixPeridemWall::touch_all()
     const double wide = memories.empty(i) ? 0.0 : linger(i);
     feet.clear();
     surface->feet(x, radius + wide, feet);
+    most_touched = MAX(most_touched, static_cast<int>(feet.size()));
     for (const auto &foot : feet)
       if (foot.distance < radius)
         touch(i, foot);
@@ -610,22 +642,29 @@ void FixPeridemWall::min_post_force(int vflag)
 
 /* ---------------------------------------------------------------------- */
 
-void FixPeridemWall::post_force_respa(int vflag, int ilevel, int)
+/* ----------------------------------------------------------------------
+   Springs of faces at right angles act on their own; in a sharp corner those of several faces pull
+   almost the same way.  A node is taken to touch as many faces as there are dimensions, or as it
+   does now.
+------------------------------------------------------------------------- */
+
+double FixPeridemWall::springs_at_a_node() const
 {
-  if (ilevel == ilevel_respa) post_force(vflag);
+  int most = MAX(MIN(surface->most_feet(), domain->dimension), most_touched);
+  MPI_Allreduce(MPI_IN_PLACE, &most, 1, MPI_INT, MPI_MAX, world);
+  return most;
 }
 
-/* ----------------------------------------------------------------------
-   a node in a corner touches as many walls as there are dimensions, one spring in each direction
-------------------------------------------------------------------------- */
+/* ---------------------------------------------------------------------- */
 
 double FixPeridemWall::largest_frequency_sq() const
 {
+  const double count = springs_at_a_node();
   double largest = 0.0;
   for (int t = 1; t <= atom->ntypes; t++) {
     if (laws[t].radius == 0.0 || extremes.largest[t] == 0.0) continue;
     const double k = laws[t].spring(extremes.smallest[t], extremes.smallest[t]);
-    largest = MAX(largest, k / extremes.lightest[t]);
+    largest = MAX(largest, count * k / extremes.lightest[t]);
   }
   return largest;
 }
@@ -634,12 +673,13 @@ double FixPeridemWall::largest_frequency_sq() const
 
 double FixPeridemWall::largest_dashpot_ratio() const
 {
+  const double count = springs_at_a_node();
   double largest = 0.0;
   for (int t = 1; t <= atom->ntypes; t++) {
     if (laws[t].radius == 0.0 || extremes.largest[t] == 0.0) continue;
     const double k = laws[t].spring(extremes.smallest[t], extremes.smallest[t]);
     const double beta = laws[t].dashpot();
-    largest = MAX(largest, beta / (2.0 * std::sqrt(k * extremes.lightest[t])));
+    largest = MAX(largest, std::sqrt(count) * beta / (2.0 * std::sqrt(k * extremes.lightest[t])));
   }
   return largest;
 }

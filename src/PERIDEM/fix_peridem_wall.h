@@ -48,7 +48,6 @@ class FixPeridemWall : public Fix {
   void min_setup(int) override;
   void post_force(int) override;
   void min_post_force(int) override;
-  void post_force_respa(int, int, int) override;
   double compute_scalar() override;
   double compute_vector(int) override;
   void write_restart(FILE *) override;
@@ -109,7 +108,6 @@ class FixPeridemWall : public Fix {
   bool advance{true};
   bool started{false};
   bigint last_step{-1};
-  int ilevel_respa{0};
 
   // on this rank, of the last force evaluation: force on each part of the wall and torque about
   // the point of the part, power of faces that change their shape, deepest overlap, elastic energy
@@ -118,6 +116,7 @@ class FixPeridemWall : public Fix {
   };
   std::vector<Load> loads, loads_before;
   double shape_power{0.0}, deepest{0.0}, energy{0.0};
+  int most_touched{0};    // faces, by one node
   double springs{0.0};    // energy of the tangential springs
   struct Touch {          // what a node felt, while energies are booked
     int node;
@@ -136,7 +135,9 @@ class FixPeridemWall : public Fix {
   bool misplaced(int i) const;
   bigint sum_misplaced(bigint count, tagint &lowest) const;
   void check_start();
+  void check_overlaps();
   void check_lost();
+  double springs_at_a_node() const;
   void renew_list();
   void clear_loads();
   void touch_all();

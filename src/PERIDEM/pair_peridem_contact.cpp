@@ -20,6 +20,7 @@
 #include "fix_peridem_ledger.h"
 #include "pair_peridem.h"
 #include "peridem_compat.h"
+#include "peridem_contact_parser.h"
 #include "peridem_grains.h"
 
 #include "atom.h"
@@ -31,7 +32,7 @@
 #include "modify.h"
 #include "neigh_list.h"
 #include "neighbor.h"
-#include "pair_hybrid.h"
+#include "pair_hybrid_overlay.h"
 #include "update.h"
 
 #include <cmath>
@@ -92,6 +93,7 @@ void PairPeridemContact::allocate()
   given.assign(index(ntypes, ntypes) + 1, PeridemContactGiven());
   laws.assign(given.size(), PeridemContactLaw());
   rcsq.assign(given.size(), 0.0);
+  mixed.assign(given.size(), 0);
 }
 
 /* ---------------------------------------------------------------------- */
@@ -115,17 +117,19 @@ void PairPeridemContact::coeff(int narg, char **arg)
   utils::bounds(FLERR, arg[1], 1, ntypes, jlo, jhi, error);
 
   const int offset = dynamic_cast<PairHybrid *>(force->pair) ? 1 : 0;
-  PeridemContactParser parser(lmp, "Pair style peridem/contact", offset);
+  PeridemContactParser parser(lmp, "pair style peridem/contact", offset);
   PeridemContactGiven one;
   const int iarg = parser.parse(2, narg, arg, one);
   if (iarg < narg)
-    error->all(FLERR, iarg + offset, "Unknown pair style peridem/contact keyword {}: known are {}",
-               arg[iarg], PeridemContactParser::keywords());
+    error->all(FLERR, iarg + offset,
+               "Unknown pair style peridem/contact keyword {}: known are {}, fragments", arg[iarg],
+               PeridemContactParser::keywords());
 
   int count = 0;
   for (int i = ilo; i <= ihi; i++)
     for (int j = MAX(jlo, i); j <= jhi; j++) {
       given[index(i, j)] = given[index(j, i)] = one;
+      mixed[index(i, j)] = mixed[index(j, i)] = 0;
       setflag[i][j] = 1;
       count++;
     }
@@ -166,32 +170,9 @@ PeridemContactKnown PairPeridemContact::known(LAMMPS *lmp, int itype, int jtype,
 
 void PairPeridemContact::init_style()
 {
-  if (!atom->style_match("peridem"))
-    error->all(FLERR, Error::NOLASTLINE,
-               "Pair style peridem/contact requires atom style peridem; the atom style is {}",
-               atom->get_style());
-
-  const auto spacings = PeridemGrains::spacings(lmp);
-  extremes = PeridemGrains::extremes(lmp);
-  any_velocity = any_restitution = any_springs = false;
-  double least = 0.0;
-  for (int i = 1; i <= ntypes; i++)
-    for (int j = i; j <= ntypes; j++) {
-      if (!setflag[i][j] && !(setflag[i][i] && setflag[j][j])) continue;
-      if (spacings[i] == 0.0 && spacings[j] == 0.0) continue;    // no nodes of either type
-      // a pair that is not set takes what both have in common from the first
-      const auto &what = setflag[i][j] ? given[index(i, j)] : given[index(i, i)];
-      const auto where = fmt::format("Pair style peridem/contact, types {} {}", i, j);
-      const auto law = PeridemContactLaw::resolve(what, known(lmp, i, j, spacings), where, lmp);
-      laws[index(i, j)] = laws[index(j, i)] = law;
-      rcsq[index(i, j)] = rcsq[index(j, i)] = law.radius * law.radius;
-      any_velocity = any_velocity || law.uses_velocity();
-      any_restitution = any_restitution || law.uses_restitution();
-      any_springs = any_springs || law.uses_history() || law.uses_restitution();
-      if (least == 0.0 || law.radius < least) least = law.radius;
-      if (comm->me == 0)
-        utils::logmesg(lmp, "PERIDEM: contact of types {} {}: {}\n", i, j, law.describe());
-    }
+  check_styles();
+  mix_pairs();
+  find_laws();
 
   bonded_types.assign(ntypes + 1, 0);
   for (auto *solid : PairPeridem::find_all(lmp))
@@ -199,25 +180,157 @@ void PairPeridemContact::init_style()
       if (solid->covers(i)) bonded_types[i] = 1;
 
   if (any_velocity || any_restitution) comm->ghost_velocity = 1;
+  shrink_skin();
+  find_history();
 
-  // LAMMPS's default skin is made for molecules (in si units it is 1 mm, as large as a grain)
+  // a pair that crosses to another rank is listed on both, whatever newton says
 
+  neighbor->add_request(this, NeighConst::REQ_NEWTON_OFF);
+}
+
+/* ---------------------------------------------------------------------- */
+
+void PairPeridemContact::check_styles()
+{
+  if (!atom->style_match("peridem"))
+    error->all(FLERR, Error::NOLASTLINE,
+               "Pair style peridem/contact requires atom style peridem; the atom style is {}",
+               atom->get_style());
+  // springs and dashpots go by the time step, which several levels do not share
+  if (utils::strmatch(update->integrate_style, "^respa"))
+    error->all(FLERR, Error::NOLASTLINE,
+               "Pair style peridem/contact cannot be used with run_style respa");
+  if (mix_flag != GEOMETRIC && comm->me == 0)
+    error->warning(FLERR,
+                   "pair_modify mix has no effect on pair style peridem/contact: types without "
+                   "pair_coeff of their own are mixed as its manual page says");
+}
+
+/* ----------------------------------------------------------------------
+   A hybrid style calls this one only for pairs of types with a pair_coeff line of its own: without
+   such a line, and with one for another style, grains of two types would not feel each other.
+------------------------------------------------------------------------- */
+
+void PairPeridemContact::mix_pairs()
+{
+  auto *const hybrid = dynamic_cast<PairHybridOverlay *>(force->pair);
+  for (int i = 1; i <= ntypes; i++)
+    for (int j = i + 1; j <= ntypes; j++) {
+      if (setflag[i][j] || !setflag[i][i] || !setflag[j][j]) continue;
+      if (hybrid && hybrid->setflag[i][j]) {
+        std::string words[3] = {std::to_string(i), std::to_string(j), "peridem/contact"};
+        char *line[3] = {&words[0][0], &words[1][0], &words[2][0]};
+        hybrid->coeff(3, line);
+      }
+      mixed[index(i, j)] = mixed[index(j, i)] = 1;
+    }
+}
+
+/* ---------------------------------------------------------------------- */
+
+PeridemContactLaw PairPeridemContact::find_law(int i, int j,
+                                               const std::vector<double> &spacings) const
+{
+  auto resolved = [&](int a, int b, const PeridemContactGiven &what) {
+    const auto where = fmt::format("Pair style peridem/contact, types {} {}", a, b);
+    return PeridemContactLaw::resolve(what, known(lmp, a, b, spacings), where, lmp);
+  };
+  if (!mixed[index(i, j)]) return resolved(i, j, given[index(i, j)]);
+
+  const auto &gi = own(i), &gj = own(j);
+  const auto where = fmt::format("Pair style peridem/contact, types {} {}", i, j);
+  auto law = PeridemContactLaw::mix(resolved(i, i, gi), resolved(j, j, gj), where, lmp);
+  if (std::isnan(gi.radius) && std::isnan(gj.radius)) {    // radius auto, of the pair
+    const double fi = std::isnan(gi.auto_factor) ? PeridemContactGiven::AUTO_FACTOR
+                                                 : gi.auto_factor;
+    const double fj = std::isnan(gj.auto_factor) ? PeridemContactGiven::AUTO_FACTOR
+                                                 : gj.auto_factor;
+    law.radius = MAX(fi, fj) * known(lmp, i, j, spacings).spacing;
+  }
+  return law;
+}
+
+/* ---------------------------------------------------------------------- */
+
+void PairPeridemContact::find_laws()
+{
+  std::vector<double> widest;
+  const auto spacings = PeridemGrains::spacings(lmp, &widest);
+  extremes = PeridemGrains::extremes(lmp);
+  any_velocity = any_restitution = any_springs = false;
+  laws.assign(given.size(), PeridemContactLaw());
+  rcsq.assign(given.size(), 0.0);
+  for (int i = 1; i <= ntypes; i++)
+    for (int j = i; j <= ntypes; j++) {
+      const bool mix = mixed[index(i, j)];
+      if (!setflag[i][j] && !mix) continue;
+      if (spacings[i] == 0.0 && spacings[j] == 0.0) continue;             // no nodes of either type
+      if (mix && (spacings[i] == 0.0 || spacings[j] == 0.0)) continue;    // they never meet
+      const auto law = find_law(i, j, spacings);
+      laws[index(i, j)] = laws[index(j, i)] = law;
+      rcsq[index(i, j)] = rcsq[index(j, i)] = law.radius * law.radius;
+      any_velocity = any_velocity || law.uses_velocity();
+      any_restitution = any_restitution || law.uses_restitution();
+      any_springs = any_springs || law.uses_history() || law.uses_restitution();
+      if (comm->me == 0)
+        utils::logmesg(lmp, "PERIDEM: contact of types {} {}{}: {}\n", i, j, mix ? " (mixed)" : "",
+                       law.describe());
+    }
+  if (!holes_checked && comm->me == 0) check_holes(widest);
+  holes_checked = true;
+}
+
+/* ----------------------------------------------------------------------
+   grains whose nodes are far apart, compared with the contact distance, are sieves for small ones:
+   a node fits through the middle of two nodes in 2d, of four on a square in 3d
+------------------------------------------------------------------------- */
+
+void PairPeridemContact::check_holes(const std::vector<double> &widest) const
+{
+  const double part = domain->dimension == 2 ? 0.5 : std::sqrt(0.5);
+  for (int i = 1; i <= ntypes; i++)
+    for (int j = i; j <= ntypes; j++) {
+      const double radius = laws[index(i, j)].radius, gap = MAX(widest[i], widest[j]);
+      if (radius == 0.0 || radius >= part * gap) continue;
+      error->warning(
+          FLERR,
+          "The contact distance of types {} {} is {:.6g}, but nodes of type {} are up to "
+          "{:.6g} apart: other nodes fit through between them; give this pair a radius "
+          "of {:.6g} or more, or mesh with one spacing",
+          i, j, radius, widest[i] > widest[j] ? i : j, gap, part * gap);
+    }
+}
+
+/* ----------------------------------------------------------------------
+   LAMMPS's default skin is made for molecules (in si units it is 1 mm, as large as a grain)
+------------------------------------------------------------------------- */
+
+void PairPeridemContact::shrink_skin() const
+{
   static const std::map<std::string, double> defaults = {
       {"lj", 0.3},  {"real", 2.0},     {"metal", 2.0}, {"si", 0.001},
       {"cgs", 0.1}, {"electron", 2.0}, {"micro", 0.1}, {"nano", 0.1}};
+  double least = 0.0;
+  for (const auto &law : laws)
+    if (law.radius > 0.0 && (least == 0.0 || law.radius < least)) least = law.radius;
   const auto it = defaults.find(update->unit_style);
-  if (it != defaults.end() && neighbor->skin == it->second && neighbor->skin > least &&
-      least > 0.0) {
-    neighbor->skin = SKIN * least;
-    if (comm->me == 0)
-      utils::logmesg(lmp,
-                     "PERIDEM: neighbor skin set to {:.6g}, {:.1f} of the contact distance (the "
-                     "default of units {} is {:g})\n",
-                     neighbor->skin, SKIN, update->unit_style, it->second);
-  }
+  if (it == defaults.end() || neighbor->skin != it->second || neighbor->skin <= least ||
+      least == 0.0)
+    return;
+  neighbor->skin = SKIN * least;
+  if (comm->me == 0)
+    utils::logmesg(lmp,
+                   "PERIDEM: neighbor skin set to {:.6g}, {:.1f} of the contact distance (the "
+                   "default of units {} is {:g})\n",
+                   neighbor->skin, SKIN, update->unit_style, it->second);
+}
 
-  // what contacts remember travels in a fix of its own
+/* ----------------------------------------------------------------------
+   what contacts remember travels in a fix of its own
+------------------------------------------------------------------------- */
 
+void PairPeridemContact::find_history()
+{
   if (any_springs && !history) {
     const std::string command = "PERIDEM_HISTORY all PERIDEM_HISTORY";
     history = dynamic_cast<FixPeridemHistory *>(modify->get_fix_by_id(PLACEHOLDER)
@@ -225,10 +338,6 @@ void PairPeridemContact::init_style()
                                                     : modify->add_fix(command));
   }
   if (history) history->set_source(this);
-
-  // a pair that crosses to another rank is listed on both, whatever newton says
-
-  neighbor->add_request(this, NeighConst::REQ_NEWTON_OFF);
 }
 
 /* ---------------------------------------------------------------------- */
@@ -778,8 +887,9 @@ void PairPeridemContact::write_restart(FILE *fp)
 {
   for (int i = 1; i <= ntypes; i++)
     for (int j = i; j <= ntypes; j++) {
-      fwrite(&setflag[i][j], sizeof(int), 1, fp);
-      if (setflag[i][j]) fwrite(&given[index(i, j)], sizeof(PeridemContactGiven), 1, fp);
+      const int set = setflag[i][j] && !mixed[index(i, j)];
+      fwrite(&set, sizeof(int), 1, fp);
+      if (set) fwrite(&given[index(i, j)], sizeof(PeridemContactGiven), 1, fp);
     }
 }
 

@@ -85,10 +85,11 @@ class PairPeridemContact : public Pair {
   std::vector<PeridemContactGiven> given;
   std::vector<PeridemContactLaw> laws;
   std::vector<double> rcsq;         // by type pair
+  std::vector<char> mixed;          // by type pair: no line of its own
   std::vector<int> bonded_types;    // by type: 1 if a solid holds it together
   FixPeridemBonds *bonds{nullptr};
   bool any_velocity{false}, any_restitution{false}, any_springs{false};
-  bool overlaps_checked{false};
+  bool overlaps_checked{false}, holes_checked{false};
 
   // Pairs that can touch before the next reneighbouring: candidates of row r are nodes of other
   // grains than that of node row_node[r]; fragments are pairs of one grain, each with its own
@@ -136,6 +137,13 @@ class PairPeridemContact : public Pair {
   std::size_t index(int itype, int jtype) const { return itype * (ntypes + 1) + jtype; }
   bool indices_valid() const { return list_nlocal == atom->nlocal; }
   void allocate();
+  void check_styles();
+  void mix_pairs();
+  PeridemContactLaw find_law(int itype, int jtype, const std::vector<double> &spacings) const;
+  void find_laws();
+  void check_holes(const std::vector<double> &widest) const;
+  void shrink_skin() const;
+  void find_history();
   void pick_candidates();
   void add_fragment(int i, int j);
   void add_broken_bonds();

@@ -18,7 +18,6 @@
 #include "domain.h"
 #include "error.h"
 #include "math_const.h"
-#include "utils.h"
 
 using namespace LAMMPS_NS;
 using MathConst::MY_PI;
@@ -90,7 +89,7 @@ PeridemContactLaw PeridemContactLaw::resolve(const PeridemContactGiven &given,
     if (known.spacing <= 0.0)
       error->all(FLERR, Error::NOLASTLINE,
                  "{}: radius auto finds no nodes to measure: give a radius", where);
-    law.radius = either(given.auto_factor, 0.95) * known.spacing;
+    law.radius = either(given.auto_factor, PeridemContactGiven::AUTO_FACTOR) * known.spacing;
   }
 
   if (!std::isnan(given.stiffness)) {
@@ -123,6 +122,71 @@ PeridemContactLaw PeridemContactLaw::resolve(const PeridemContactGiven &given,
   law.ratio = either(given.ratio, DEFAULT_RATIO);
   law.fragments = given.fragments != 0;
   return law;
+}
+
+/* ----------------------------------------------------------------------
+   Each type is half of the contact with itself, and a contact of two types is made of two such
+   halves one behind the other: springs add as compliances, losses count with the share of the
+   overlap that each half has.
+------------------------------------------------------------------------- */
+
+PeridemContactLaw PeridemContactLaw::mix(const PeridemContactLaw &a, const PeridemContactLaw &b,
+                                         const std::string &where, LAMMPS *lmp)
+{
+  if (a.per_volume != b.per_volume)
+    lmp->error->all(FLERR, Error::NOLASTLINE,
+                    "{}: the spring of one is for each volume squared (stiffness or form jha2021), "
+                    "of the other not: give pair_coeff for the two",
+                    where);
+  PeridemContactLaw law = a;
+  law.radius = a.radius > b.radius ? a.radius : b.radius;
+  law.modulus = 2.0 * a.modulus * b.modulus / (a.modulus + b.modulus);
+  law.fragments = a.fragments && b.fragments;
+  law.mix_loss(a, b, where, lmp);
+  law.mix_friction(a, b, where, lmp);
+  return law;
+}
+
+/* ---------------------------------------------------------------------- */
+
+void PeridemContactLaw::mix_loss(const PeridemContactLaw &a, const PeridemContactLaw &b,
+                                 const std::string &where, LAMMPS *lmp)
+{
+  if ((a.uses_restitution() && b.damping > 0.0) || (b.uses_restitution() && a.damping > 0.0))
+    lmp->error->all(
+        FLERR, Error::NOLASTLINE,
+        "{}: one loses energy by restitution, the other by damping: give pair_coeff for the two",
+        where);
+  // of the overlap, and of the energy, the softer half has more
+  const double share_a = b.modulus / (a.modulus + b.modulus), share_b = 1.0 - share_a;
+  damping = 2.0 * (share_a * share_a * a.damping + share_b * share_b * b.damping);
+  restitution = 1.0;
+  impact = 0.0;
+  if (!a.uses_restitution() && !b.uses_restitution()) return;
+  // e^2 is the part of the energy that comes back
+  restitution =
+      std::sqrt(share_a * a.restitution * a.restitution + share_b * b.restitution * b.restitution);
+  impact = impact_number(restitution);
+}
+
+/* ----------------------------------------------------------------------
+   the geometric mean, as pair style granular has it: what is smooth is smooth on anything
+------------------------------------------------------------------------- */
+
+void PeridemContactLaw::mix_friction(const PeridemContactLaw &a, const PeridemContactLaw &b,
+                                     const std::string &where, LAMMPS *lmp)
+{
+  friction = std::sqrt(a.friction * b.friction);
+  if (friction == 0.0) return;
+  const bool alike = a.regularised == b.regularised && (a.gamma < 0.0) == (b.gamma < 0.0);
+  if (!alike)
+    lmp->error->all(FLERR, Error::NOLASTLINE,
+                    "{}: their tangential forces are of different kinds (history, regularised, "
+                    "regularised gamma): give pair_coeff for the two",
+                    where);
+  gamma = a.gamma < 0.0 ? -1.0 : std::sqrt(a.gamma * b.gamma);
+  const double ta = a.ratio * a.modulus, tb = b.ratio * b.modulus;
+  ratio = 2.0 * ta * tb / (ta + tb) / modulus;
 }
 
 /* ----------------------------------------------------------------------
@@ -246,138 +310,10 @@ std::string PeridemContactLaw::describe() const
 {
   const char *unit = per_volume ? " V_i V_j" : (dim == 2 ? "" : " h");
   std::string text = fmt::format("radius {:.6g}, spring {:.6g}{}", radius, modulus, unit);
-  if (impact > 0.0) text += fmt::format(", restitution (impact number {:.4g})", impact);
+  if (impact > 0.0)
+    text += fmt::format(", restitution {:.4g} (impact number {:.4g})", restitution, impact);
   if (damping > 0.0) text += fmt::format(", damping {:.6g}", damping);
   text += fmt::format(", friction {:.4g}", friction);
   if (friction > 0.0) text += regularised ? " (regularised)" : " (history)";
   return text;
-}
-
-/* ---------------------------------------------------------------------- */
-
-PeridemContactParser::PeridemContactParser(LAMMPS *lmp, const std::string &_style, int _iarg0) :
-    Pointers(lmp), style(_style), iarg0(_iarg0)
-{
-}
-
-/* ---------------------------------------------------------------------- */
-
-const char *PeridemContactParser::keywords()
-{
-  return "radius, modulus, form, horizon, stiffness, restitution, damping, friction, tangential, "
-         "fragments";
-}
-
-/* ---------------------------------------------------------------------- */
-
-double PeridemContactParser::number(int iarg, int narg, char **arg, Range range,
-                                    const std::string &keyword)
-{
-  if (iarg >= narg) error->all(FLERR, iarg0 + iarg - 1, "{} {} needs a value", style, keyword);
-  const double value = utils::numeric(FLERR, arg[iarg], false, lmp);
-  const bool good = std::isfinite(value) &&
-      ((range == POSITIVE && value > 0.0) || (range == NON_NEGATIVE && value >= 0.0) ||
-       (range == FRACTION && value > 0.0 && value <= 1.0));
-  const char *allowed = range == POSITIVE ? "> 0" : range == NON_NEGATIVE ? ">= 0" : "> 0 and <= 1";
-  if (!good)
-    error->all(FLERR, iarg0 + iarg, "{} {} {}: must be {}", style, keyword, arg[iarg], allowed);
-  return value;
-}
-
-/* ---------------------------------------------------------------------- */
-
-int PeridemContactParser::parse(int iarg, int narg, char **arg, PeridemContactGiven &given)
-{
-  auto fresh = [&](bool unset) {
-    if (!unset) error->all(FLERR, iarg0 + iarg, "Repeated {} keyword {}", style, arg[iarg]);
-  };
-  auto exclusive = [&](bool unset, const char *other) {
-    if (!unset)
-      error->all(FLERR, iarg0 + iarg, "{} takes either {} or {}, not both", style, arg[iarg],
-                 other);
-  };
-
-  while (iarg < narg) {
-    const std::string key = arg[iarg];
-    if (key == "radius") {
-      fresh(std::isnan(given.radius) && std::isnan(given.auto_factor));
-      if (iarg + 1 < narg && std::string(arg[iarg + 1]) == "auto") {
-        given.auto_factor = 0.95;
-        iarg += 2;
-        if (iarg < narg && utils::is_double(arg[iarg]))
-          given.auto_factor = number(iarg++, narg, arg, POSITIVE, "radius auto");
-      } else {
-        given.radius = number(iarg + 1, narg, arg, POSITIVE, key);
-        iarg += 2;
-      }
-    } else if (key == "modulus") {
-      fresh(std::isnan(given.modulus));
-      exclusive(std::isnan(given.stiffness), "stiffness");
-      given.modulus = number(iarg + 1, narg, arg, POSITIVE, key);
-      iarg += 2;
-    } else if (key == "form") {
-      fresh(given.form == PeridemContactGiven::UNSET);
-      exclusive(std::isnan(given.stiffness), "stiffness");
-      const std::string value = iarg + 1 < narg ? arg[iarg + 1] : "";
-      if (value == "bulk") {
-        given.form = PeridemContactGiven::BULK;
-      } else if (value == "jha2021") {
-        given.form = PeridemContactGiven::JHA2021;
-      } else {
-        error->all(FLERR, iarg0 + iarg, "{} form {}: must be bulk [alpha] or jha2021", style,
-                   value);
-      }
-      iarg += 2;
-      if (value == "bulk" && iarg < narg && utils::is_double(arg[iarg]))
-        given.alpha = number(iarg++, narg, arg, POSITIVE, "form bulk");
-    } else if (key == "horizon") {
-      fresh(std::isnan(given.horizon));
-      given.horizon = number(iarg + 1, narg, arg, POSITIVE, key);
-      iarg += 2;
-    } else if (key == "stiffness") {
-      fresh(std::isnan(given.stiffness));
-      exclusive(std::isnan(given.modulus), "modulus");
-      exclusive(given.form == PeridemContactGiven::UNSET, "form");
-      given.stiffness = number(iarg + 1, narg, arg, POSITIVE, key);
-      iarg += 2;
-    } else if (key == "restitution") {
-      fresh(std::isnan(given.restitution));
-      exclusive(std::isnan(given.damping), "damping");
-      given.restitution = number(iarg + 1, narg, arg, FRACTION, key);
-      iarg += 2;
-    } else if (key == "damping") {
-      fresh(std::isnan(given.damping));
-      exclusive(std::isnan(given.restitution), "restitution");
-      given.damping = number(iarg + 1, narg, arg, NON_NEGATIVE, key);
-      iarg += 2;
-    } else if (key == "friction") {
-      fresh(std::isnan(given.friction));
-      given.friction = number(iarg + 1, narg, arg, NON_NEGATIVE, key);
-      iarg += 2;
-    } else if (key == "tangential") {
-      fresh(given.tangential == PeridemContactGiven::UNSET);
-      const std::string value = iarg + 1 < narg ? arg[iarg + 1] : "";
-      const bool more = iarg + 2 < narg && utils::is_double(arg[iarg + 2]);
-      if (value == "history") {
-        given.tangential = PeridemContactGiven::HISTORY;
-        if (more) given.ratio = number(iarg + 2, narg, arg, POSITIVE, "tangential history");
-      } else if (value == "regularised") {
-        given.tangential = PeridemContactGiven::REGULARISED;
-        if (more) given.gamma = number(iarg + 2, narg, arg, POSITIVE, "tangential regularised");
-      } else {
-        error->all(FLERR, iarg0 + iarg,
-                   "{} tangential {}: must be history [k_t/k_n] or regularised [gamma]", style,
-                   value);
-      }
-      iarg += more ? 3 : 2;
-    } else if (key == "fragments") {
-      fresh(given.fragments == PeridemContactGiven::UNSET);
-      if (iarg + 1 >= narg) error->all(FLERR, iarg0 + iarg, "{} {} needs yes or no", style, key);
-      given.fragments = utils::logical(FLERR, arg[iarg + 1], false, lmp);
-      iarg += 2;
-    } else {
-      return iarg;
-    }
-  }
-  return iarg;
 }

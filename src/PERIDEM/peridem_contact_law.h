@@ -27,6 +27,8 @@ struct PeridemContactGiven {
   enum { UNSET = -1, BULK, JHA2021 };    // forms of the stiffness
   enum { HISTORY, REGULARISED };         // forms of the tangential force
 
+  static constexpr double AUTO_FACTOR = 0.95;
+
   double radius{NAN};         // contact distance R_c
   double auto_factor{NAN};    // R_c as a fraction of the smallest node spacing
   double modulus{NAN};        // bulk modulus that the stiffness follows from
@@ -118,6 +120,9 @@ class PeridemContactLaw {
 
   static PeridemContactLaw resolve(const PeridemContactGiven &, const PeridemContactKnown &,
                                    const std::string &where, class LAMMPS *);
+  // between two types, each of which has a law with itself and said what is given
+  static PeridemContactLaw mix(const PeridemContactLaw &, const PeridemContactLaw &,
+                               const std::string &where, class LAMMPS *);
   std::string describe() const;
 
  private:
@@ -133,25 +138,12 @@ class PeridemContactLaw {
   double ratio{0.0};     // of tangential to normal spring
 
   static double impact_number(double restitution);
+  void mix_loss(const PeridemContactLaw &, const PeridemContactLaw &, const std::string &where,
+                class LAMMPS *);
+  void mix_friction(const PeridemContactLaw &, const PeridemContactLaw &, const std::string &where,
+                    class LAMMPS *);
   void tangential_spring(const Touch &, const double *slide, double *slip, double *force) const;
   void tangential_viscous(const Touch &, const double *slide, double *force) const;
-};
-
-// Reads contact keywords, for pair_coeff and walls alike.
-
-class PeridemContactParser : protected Pointers {
- public:
-  PeridemContactParser(class LAMMPS *, const std::string &style, int iarg0);
-  // reads keywords from arg[iarg] until one it does not know; returns where it stopped
-  int parse(int iarg, int narg, char **arg, PeridemContactGiven &);
-
-  static const char *keywords();
-
- private:
-  std::string style;
-  int iarg0;
-  enum Range { POSITIVE, NON_NEGATIVE, FRACTION };
-  double number(int iarg, int narg, char **arg, Range, const std::string &keyword);
 };
 
 }    // namespace LAMMPS_NS

@@ -97,7 +97,7 @@ std::vector<Node> gather_grains(LAMMPS *lmp)
 
 /* ---------------------------------------------------------------------- */
 
-std::vector<double> PeridemGrains::spacings(LAMMPS *lmp)
+std::vector<double> PeridemGrains::spacings(LAMMPS *lmp, std::vector<double> *widest)
 {
   const auto *atom = lmp->atom;
   const int ntypes = atom->ntypes;
@@ -118,15 +118,24 @@ std::vector<double> PeridemGrains::spacings(LAMMPS *lmp)
     if (nodes[i].mol > 0.0)
       points.push_back({{nodes[i].x[0], nodes[i].x[1], nodes[i].x[2]}, static_cast<int>(i)});
   const PeridemCells cells(std::vector<PeridemCells::Point>(points), reach);
+  std::vector<double> gap(ntypes + 1, 0.0);
   for (const auto &p : points) {
     const auto &mine = nodes[p.id];
+    double nearest = BIG;
     cells.near(p.x, [&](const PeridemCells::Point &q) {
       const auto &other = nodes[q.id];
       if (q.id == p.id || other.mol != mine.mol) return;
       const double dx = q.x[0] - p.x[0], dy = q.x[1] - p.x[1], dz = q.x[2] - p.x[2];
-      auto &least = spacing[static_cast<int>(mine.type)];
-      least = std::min(least, std::sqrt(dx * dx + dy * dy + dz * dz));
+      nearest = std::min(nearest, std::sqrt(dx * dx + dy * dy + dz * dz));
     });
+    if (nearest == BIG) continue;
+    const int type = static_cast<int>(mine.type);
+    spacing[type] = std::min(spacing[type], nearest);
+    gap[type] = std::max(gap[type], nearest);
+  }
+  if (widest) {
+    MPI_Allreduce(MPI_IN_PLACE, gap.data(), ntypes + 1, MPI_DOUBLE, MPI_MAX, lmp->world);
+    *widest = gap;
   }
   MPI_Allreduce(MPI_IN_PLACE, spacing.data(), ntypes + 1, MPI_DOUBLE, MPI_MIN, lmp->world);
 

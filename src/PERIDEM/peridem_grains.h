@@ -29,8 +29,9 @@ class PeridemGrains {
 
   // by type: the smallest reference distance of a node of that type to another node of its grain;
   // a type whose nodes are alone in their grains gets the size of its smallest cell, V^(1/d);
-  // 0 where a type has no nodes
-  static std::vector<double> spacings(class LAMMPS *);
+  // 0 where a type has no nodes.  widest: the largest distance of a node of that type to the nearest
+  // one of its grain, 0 where nodes are alone
+  static std::vector<double> spacings(class LAMMPS *, std::vector<double> *widest = nullptr);
 };
 
 }    // namespace LAMMPS_NS

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from support.clouds import cloud, ragged
+from support.clouds import cloud, join, lattice, ragged
 from support.oracle import Contact, contact_pairs, contact_state, total_torque
 from support.runs import contact_words
 
@@ -317,3 +317,154 @@ def test_default_radius_is_0_95_of_the_smallest_node_spacing(simulation):
         force = force_between(simulation, f"modulus 4.0 {words}", (SOFT, HARD), dimension=2)
         # spacing 1 inside each grain
         assert force == pytest.approx(10 * 4.0 * (factor - 0.4), rel=ACCURACY)
+
+
+# --- two types without a line of their own ------------------------------------------------------
+
+
+def mixed_force(simulation, first: str, second: str, v=0.0, styles="", types=(1, 2)) -> np.ndarray:
+    """Forces on nodes 0.4 apart, of types 1 and 2, that part at the speed v; cells of 0.7."""
+    one = cloud([[0, 0, 0], [0.4, 0, 0]], volume=0.7, molecule=[1, 2], types=types, dimension=2)
+    one.v[1, :2] = v
+    sim = simulation().load(one, dimension=2, name="mixed.data")
+    sim.commands(
+        styles or f"pair_style peridem/contact\npair_coeff 1 1 {first}\npair_coeff 2 2 {second}"
+    )
+    return sim.commands("run 0 post no").atoms("f")[1]
+
+
+def test_springs_of_two_types_act_one_behind_the_other(simulation):
+    """The harmonic mean, with the larger radius; each type against itself as it was given."""
+    first, second = "radius 0.9 modulus 2 form bulk 3", "radius 0.7 modulus 12 form bulk 1.5"
+    force = mixed_force(simulation, first, second)
+    assert force[0] == pytest.approx(2 * 6 * 18 / (6 + 18) * 0.5, rel=ACCURACY)
+    # a like pair: bulk times alpha, and its own radius
+    assert mixed_force(simulation, first, second, types=(2, 2))[0] == pytest.approx(18 * 0.3)
+
+
+def test_stiffness_mixes_as_springs_do_too(simulation):
+    force = mixed_force(simulation, "radius 0.9 stiffness 2", "radius 0.9 stiffness 6")
+    assert force[0] == pytest.approx(3 * 0.49 * 0.5, rel=ACCURACY)
+
+
+def test_dashpots_of_two_types_count_with_their_share_of_the_overlap(simulation):
+    words = (
+        "radius 0.9 modulus 2 form bulk 1 damping 4",
+        "radius 0.9 modulus 6 form bulk 1 damping 8",
+    )
+    force = mixed_force(simulation, *words, v=-0.1)
+    # of the overlap, the softer half has 6/(2+6); the speed acts in x and y, the dashpot in x
+    damping = 2 * (0.75**2 * 4 + 0.25**2 * 8)
+    assert force[0] == pytest.approx(3 * 0.5 + 0.1 * damping, rel=ACCURACY)
+
+
+def test_friction_of_two_types_is_the_geometric_mean(simulation):
+    words = "radius 0.9 modulus 2 form bulk 1 tangential regularised 1e6 friction"
+    force = mixed_force(simulation, f"{words} 0.2", f"{words} 0.8", v=(0.0, 0.1))
+    assert -force[1] == pytest.approx(0.4 * force[0], rel=ACCURACY)
+    assert mixed_force(simulation, f"{words} 0", f"{words} 0.8", v=(0.0, 0.1))[1] == 0.0
+
+
+def test_restitution_of_two_types_keeps_the_mean_energy(simulation):
+    words = "radius 1 form bulk 1 modulus"
+    one = cloud([[0, 0, 0], [1.02, 0, 0]], molecule=[1, 2], types=[1, 2], dimension=2, margin=20)
+    one.v[:, 0] = (0.5, -0.5)
+    sim = simulation().load(one, dimension=2)
+    sim.commands(
+        f"""
+        pair_style peridem/contact
+        pair_coeff 1 1 {words} 2 restitution 0.9
+        pair_coeff 2 2 {words} 6 restitution 0.3
+        fix motion all nve
+        timestep 0.0005
+        run 5000 post no
+        """
+    )
+    v = sim.atoms("v")[:, 0]
+    expected = np.sqrt(0.75 * 0.9**2 + 0.25 * 0.3**2)  # most of the energy is in the softer one
+    # contact lasts 1.8 = 3600 steps: errors of the integrator are below 1e-4
+    assert v[1] - v[0] == pytest.approx(expected, abs=1e-4)
+    assert "contact of types 1 2 (mixed): " in sim.printed()
+
+
+@pytest.mark.parametrize(
+    ("first", "second", "message"),
+    [
+        ("stiffness 5", "modulus 2", "the spring of one is for each volume squared"),
+        ("modulus 2 damping 1", "modulus 2 restitution 0.5", "one loses energy by restitution"),
+        (
+            "modulus 2 friction 0.3",
+            "modulus 2 friction 0.3 tangential regularised",
+            "their tangential forces are of different kinds",
+        ),
+    ],
+)
+def test_types_that_do_not_mix_ask_for_a_line_of_their_own(first, second, message, simulation):
+    with pytest.raises(Exception, match=f"types 1 2: {message}.*give pair_coeff for the two"):
+        mixed_force(simulation, f"radius 1 {first}", f"radius 1 {second}")
+    line = f"pair_style peridem/contact\npair_coeff 1 1 radius 1 {first}\n"
+    line += f"pair_coeff 2 2 radius 1 {second}\npair_coeff 1 2 radius 1 stiffness 5"
+    force = mixed_force(simulation, "", "", styles=line)
+    assert force[0] == pytest.approx(5 * 0.49 * 0.6, rel=ACCURACY)
+
+
+def test_a_mixed_pair_beside_a_solid_is_not_lost(simulation):
+    """A hybrid style leaves out types without a line here, if another style has one for them."""
+    solid = f"peridem/lps {HARD} unbreakable"
+    lines = [
+        "pair_style hybrid/overlay peridem/lps peridem/contact",
+        f"pair_coeff * * {solid}",
+        "pair_coeff 1 1 peridem/contact radius 0.9 modulus 2",
+        "pair_coeff 2 2 peridem/contact radius 0.9 modulus 6",
+    ]
+    script = "\n".join(lines)
+    expected = 10 * 3 * 0.5
+    assert mixed_force(simulation, "", "", styles=script)[0] == pytest.approx(
+        expected, rel=ACCURACY
+    )
+    # the second run finds it still mixed, a line of its own overrules that
+    again = f"{script}\nrun 0 post no\nrun 0 post no"
+    assert mixed_force(simulation, "", "", styles=again)[0] == pytest.approx(expected, rel=ACCURACY)
+    own = f"{again}\npair_coeff 1 2 peridem/contact radius 0.9 modulus 1"
+    assert mixed_force(simulation, "", "", styles=own)[0] == pytest.approx(5.0, rel=ACCURACY)
+
+
+def test_radius_auto_of_a_mixed_pair_is_that_of_the_pair(simulation):
+    """As if one line had covered both: 0.95 of the smaller spacing, here 1 and 0.8."""
+    x = [[-1.0, 0, 0], [0, 0, 0], [0.5, 0, 0], [1.3, 0, 0]]
+    one = cloud(x, molecule=[1, 1, 2, 2], types=[1, 1, 2, 2], dimension=2)
+    lines = "pair_coeff 1 1 modulus 2 form bulk 1\npair_coeff 2 2 modulus 2 form bulk 1"
+    forces = []
+    for coefficients in (lines, "pair_coeff * * modulus 2 form bulk 1"):
+        sim = simulation().load(one, dimension=2)
+        sim.commands(f"pair_style peridem/contact\n{coefficients}\nrun 0 post no")
+        forces.append(sim.atoms("f")[2, 0])
+    assert forces[0] == forces[1] == pytest.approx(2 * (0.95 * 0.8 - 0.5), rel=ACCURACY)
+
+
+def test_pair_modify_mix_is_said_to_have_no_effect(simulation):
+    sim = simulation().load(cloud([[0, 0, 0]], dimension=2), dimension=2)
+    sim.commands(
+        """
+        pair_style peridem/contact
+        pair_modify mix arithmetic
+        pair_coeff * * radius 1 stiffness 1
+        run 0 post no
+        """
+    )
+    assert "pair_modify mix has no effect on pair style peridem/contact" in sim.printed()
+
+
+@pytest.mark.parametrize(("ratio", "warns"), [(30.0, True), (1.5, False)])
+def test_a_grain_that_is_a_sieve_for_another_is_warned_about(ratio, warns, simulation):
+    """0.95 of the fine spacing against the middle of two coarse nodes."""
+    coarse, fine = lattice((3, 3), ratio), lattice((3, 3)) + np.array([10 * ratio, 0, 0])
+    one = join(cloud(coarse, dimension=2), cloud(fine, molecule=2, types=2, dimension=2))
+    sim = simulation().load(one, dimension=2)
+    sim.commands(
+        "pair_style peridem/contact\npair_coeff * * modulus 1\nrun 0 post no\nrun 0 post no"
+    )
+    text = sim.printed()
+    message = "WARNING: The contact distance of types 1 2 is 0.95, but nodes of type 1 are up to 30"
+    assert text.count(message) == int(warns)
+    assert ("other nodes fit through" in text) == warns

@@ -275,3 +275,25 @@ def test_a_disc_dropped_on_the_floor_comes_to_no_more_than_its_height(simulation
     # vibrates, 1e-3 of the whole
     assert np.diff(energy).max() < 1e-3 * scale
     assert energy[-1] < energy[0] - 0.01 * scale
+
+
+def test_nodes_that_overlap_the_wall_at_the_start_are_warned_about(simulation):
+    """A wall at the outline of a grain, and not a contact distance away from it."""
+    one = cloud(lattice((4, 3)) + np.array([0, 1.4, 0]), dimension=2)
+    messages = []
+    for height in (0.0, -0.7):
+        sim = simulation().load(one, dimension=2)
+        sim.commands(
+            f"""
+            pair_style zero 2.0
+            pair_coeff * *
+            fix floor all peridem/wall plane 0 {height} 0 0 1 0 radius 1.0 stiffness 5.0
+            run 0 post no
+            run 0 post no
+            """
+        )
+        messages.append([line for line in sim.printed().splitlines() if "overlap the" in line])
+    assert len(messages[0]) == 1  # not again at the second run
+    assert "Fix floor peridem/wall: 4 nodes overlap the wall at the start" in messages[0][0]
+    assert "the deepest by 60.0 % of the contact distance" in messages[0][0]
+    assert not messages[1]

