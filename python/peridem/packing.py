@@ -1,9 +1,10 @@
 """Where the grains go.
 
-A :class:`Packing` is a table: which outline, where, how large, how turned. Every function here
-returns one in which any two outlines, and any outline and the box, are at least ``padding`` apart
-by their true distance, so that no two nodes start closer than the contact radius; give that as the
-padding. A seed makes each result repeatable.
+A :class:`Packing` is a table: which shape, where, how large, how turned. Every function here
+returns one in which any two shapes, and any shape and the container, are at least ``padding`` apart
+by their true distance (see :mod:`peridem.outline` and :mod:`peridem.solid`), not by circles around
+them; so no two nodes start closer than the contact radius; give that as the padding. In 2D and 3D,
+in boxes, periodic boxes and shapes (:class:`Container`). A seed makes each result repeatable.
 """
 
 from __future__ import annotations
@@ -16,10 +17,36 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from peridem.shapes import Outline
+from peridem.placing import (
+    Container,
+    Orientation,
+    Placed,
+    Sizes,
+    check_orientation,
+    container,
+    container_inside,
+    turn,
+)
+from peridem.shapes import Shape
+
+__all__ = [
+    "Box",
+    "Container",
+    "Layer",
+    "Packing",
+    "Sizes",
+    "container_inside",
+    "deposited",
+    "fill",
+    "grid",
+    "layered",
+    "random_sequential",
+    "settled",
+    "table",
+]
 
 Array = NDArray[np.float64]
-Box = tuple[float, float, float, float]
+Box = Sequence[float] | Container
 
 
 @dataclass(frozen=True, eq=False)
@@ -27,23 +54,25 @@ class Packing:
     """Grains as rows of a table.
 
     Attributes:
-        outlines: the outlines that ``kind`` counts, from 0.
-        kind: (n,) which outline each grain has.
-        position: (n, 2) where the origin of its outline goes.
-        angle: (n,) how far it is turned, radians.
-        scale: (n,) how much larger than its outline it is.
+        outlines: the shapes that ``kind`` counts, from 0: outlines or solids.
+        kind: (n,) which shape each grain has.
+        position: (n, d) where the origin of its shape goes.
+        angle: (n,) how far it is turned, radians; in space rotation vectors, (n, 3).
+        scale: (n,) how much larger than its shape it is.
+        container: where the grains are; its periodic axes count in distances.
     """
 
-    outlines: tuple[Outline, ...]
+    outlines: tuple[Shape, ...]
     kind: NDArray[np.int64]
     position: Array
     angle: Array
     scale: Array
+    container: Container | None = None
 
     def __post_init__(self) -> None:
-        n = len(self.kind)
+        n, d = len(self.kind), self.dimension
         shapes = (self.position.shape, self.angle.shape, self.scale.shape)
-        if shapes != ((n, 2), (n,), (n,)):
+        if shapes != ((n, d), (n,) if d == 2 else (n, 3), (n,)):
             raise ValueError(f"packing of {n} grains with arrays of the shapes {shapes}")
         if n and (self.kind.min() < 0 or self.kind.max() >= len(self.outlines)):
             raise ValueError(
@@ -54,29 +83,49 @@ class Packing:
     def __len__(self) -> int:
         return len(self.kind)
 
-    def outline(self, i: int) -> Outline:
-        """The outline of grain i where it lies."""
-        outline = self.outlines[int(self.kind[i])]
-        return outline.placed(self.position[i], self.angle[i], self.scale[i])
+    @property
+    def dimension(self) -> int:
+        """2 or 3."""
+        return self.outlines[0].dimension
+
+    def outline(self, i: int) -> Shape:
+        """The outline or solid of grain i where it lies."""
+        shape = self.outlines[int(self.kind[i])]
+        return shape.placed(self.position[i], self.angle[i], float(self.scale[i]))
 
     @property
     def area(self) -> float:
-        """Area of all grains together."""
-        areas = np.array([outline.area for outline in self.outlines])
-        return float((areas[self.kind] * self.scale**2).sum())
+        """Area, or in space volume, of all grains together."""
+        sizes = np.array([shape.measure for shape in self.outlines])
+        return float((sizes[self.kind] * self.scale**self.dimension).sum())
+
+    @property
+    def fraction(self) -> float:
+        """Part of the container that the grains fill.
+
+        Raises:
+            ValueError: the packing has no container.
+        """
+        if self.container is None:
+            raise ValueError("packing: without a container it has no fraction")
+        return self.area / self.container.measure
+
+    def reaches(self) -> Array:
+        """For each grain how far it reaches from its position, (n,)."""
+        reach = np.array([shape.reach for shape in self.outlines])
+        return np.asarray(reach[self.kind] * self.scale)
 
     def smallest_gap(self) -> tuple[float, int, int]:
         """Smallest distance of two grains (0 where they overlap) and which two; inf if one only."""
-        placed = [self.outline(i) for i in range(len(self))]
         best = (math.inf, -1, -1)
-        near = _Neighbours()
+        near, reach = Placed(self.container, self.dimension), self.reaches()
         for i in range(len(self)):
-            for j in near.of(self.position[i], placed[i], best[0]):
-                if j < i:
-                    gap = placed[i].distance(placed[j])
-                    if gap < best[0]:
-                        best = (gap, j, i)
-            near.add(self.position[i], placed[i])
+            placed = self.outline(i)
+            for image in near.near(self.position[i], reach[i], best[0]):
+                gap = near.gap(placed, self.position[i], reach[i], [image])
+                if gap < best[0]:
+                    best = (gap, image[0], i)
+            near.add(placed, self.position[i], reach[i])
         return best
 
     def check(self, padding: float, box: Box | None = None) -> Packing:
@@ -91,25 +140,27 @@ class Packing:
                 f"packing: grains {i + 1} and {j + 1} are {gap:g} apart, not {padding:g} as needed"
             )
         if box is not None:
+            within = container(box)
             for k in range(len(self)):
-                wall = _gap_to_box(self.outline(k), box)
+                wall = within.gap(self.outline(k))
                 if wall < padding * (1.0 - 1e-9):
                     raise ValueError(
-                        f"packing: grain {k + 1} is {wall:g} inside the box {box}, "
+                        f"packing: grain {k + 1} is {wall:g} inside the box {within}, "
                         f"at least {padding:g} needed"
                     )
         return self
 
 
 def table(
-    outlines: Sequence[Outline],
+    outlines: Sequence[Shape],
     rows: ArrayLike | str | Path,
     padding: float,
     box: Box | None = None,
 ) -> Packing:
-    """A given table: an array, (n, 5), or a comma-separated file with a line of headings.
+    """A given table: an array or a comma-separated file with a line of headings.
 
-    Columns: kind (from 0), x, y, scale, angle in radians.
+    Columns: kind (from 0), x, y, scale, angle in radians; in space kind, x, y, z, scale and the
+    three components of a rotation vector.
 
     Raises:
         ValueError: a wrong number of columns, or grains that are too close (:meth:`Packing.check`).
@@ -118,255 +169,413 @@ def table(
         data = np.loadtxt(rows, delimiter=",", skiprows=1, ndmin=2)
     else:
         data = np.atleast_2d(np.asarray(rows, dtype=float))
-    if data.ndim != 2 or data.shape[1] != 5:
-        raise ValueError(f"packing table: columns kind x y scale angle needed, not {data.shape}")
+    d = outlines[0].dimension
+    columns = {2: "kind x y scale angle", 3: "kind x y z scale ax ay az"}[d]
+    if data.ndim != 2 or data.shape[1] != len(columns.split()):
+        raise ValueError(f"packing table: columns {columns} needed, not {data.shape}")
     if not np.isfinite(data).all():
         raise ValueError("packing table: values that are not finite")
-    packing = Packing(
-        tuple(outlines), data[:, 0].astype(np.int64), data[:, 1:3], data[:, 4], data[:, 3]
-    )
-    return packing.check(padding, box)
+    angle = data[:, -1] if d == 2 else data[:, -3:]
+    kind, scale = data[:, 0].astype(np.int64), data[:, d + 1]
+    within = None if box is None else container(box)
+    packing = Packing(tuple(outlines), kind, data[:, 1 : d + 1], angle, scale, within)
+    return packing.check(padding, within)
 
 
 def grid(
-    outlines: Sequence[Outline],
+    outlines: Sequence[Shape],
     kind: ArrayLike,
     box: Box,
     padding: float,
     jitter: float = 0.0,
     seed: int = 1,
+    sizes: Sizes | None = None,
+    orientation: Orientation = "random",
 ) -> Packing:
-    """One grain in each cell of a square grid, row by row from the lower left, turned at random.
+    """One grain in each cell of a square or cubic grid, row by row from the lowest corner.
 
     Args:
-        outlines: the outlines.
-        kind: (n,) which outline each grain has.
-        box: x_low, x_high, y_low, y_high.
+        outlines: the shapes.
+        kind: (n,) which shape each grain has.
+        box: x_low, x_high, y_low, y_high (z_low, z_high), or a container.
         padding: smallest gap between grains, and between grains and box.
         jitter: how far each grain leaves the middle of its cell, over the room there, 0 to 1.
         seed: of the random numbers.
+        sizes: by how much grains are scaled; None: not at all.
+        orientation: see :func:`peridem.placing.turn`.
 
     Raises:
         ValueError: the grid does not fit the box.
     """
-    outlines, kinds = _checked(outlines, kind, box, padding)
+    outlines, kinds, within = _checked(outlines, kind, box, padding, orientation)
     if not 0.0 <= jitter <= 1.0:
         raise ValueError(f"grid packing: jitter must lie in 0 to 1, not {jitter}")
-    random = np.random.default_rng(seed)
-    reach = np.array([outline.reach for outline in outlines])[kinds]
-    room = np.array([box[1] - box[0], box[3] - box[2]]) - padding
+    random, d = np.random.default_rng(seed), within.dimension
+    scale = _scales(sizes, len(kinds), random)
+    reach = np.array([shape.reach for shape in outlines])[kinds] * scale
+    room = within.high - within.low - padding
     pitch = 2.0 * reach.max() + padding
-    columns = int(room[0] / pitch * (1 + 1e-12))
-    rows = math.ceil(len(kinds) / columns) if columns else 0
-    if columns == 0 or rows * pitch > room[1] * (1 + 1e-12):
-        fit = columns * int(room[1] / pitch * (1 + 1e-12))
+    count = (room / pitch * (1 + 1e-12)).astype(int)
+    floor = int(np.prod(count[:-1]))
+    layers = math.ceil(len(kinds) / floor) if floor else 0
+    if floor == 0 or layers > count[-1]:
         raise ValueError(
             f"grid packing: {len(kinds)} grains of radius up to {reach.max():g} asked for, "
-            f"{fit} fit into the box {box}"
+            f"{floor * count[-1]} fit into the box {within}; a larger box or smaller grains needed"
         )
-    cell = np.array([room[0] / columns, pitch])
+    cell = np.append(room[:-1] / count[:-1], pitch)
     n = np.arange(len(kinds))
-    corner = np.array([box[0], box[2]]) + 0.5 * padding
-    middle = corner + (np.column_stack([n % columns, n // columns]) + 0.5) * cell
+    index = np.column_stack(np.unravel_index(n, (layers, *count[-2::-1])))[:, ::-1]
+    middle = within.low + 0.5 * padding + (index + 0.5) * cell
     free = np.clip(0.5 * (cell - padding) - reach[:, None], 0.0, None)
-    position = middle + jitter * free * random.uniform(-1.0, 1.0, (len(n), 2))
-    angle = random.uniform(0.0, 2.0 * math.pi, len(n))
-    return Packing(outlines, kinds, position, angle, np.ones(len(n))).check(padding, box)
+    position = middle + jitter * free * random.uniform(-1.0, 1.0, (len(n), d))
+    if d == 2 and orientation == "random":
+        angle = random.uniform(0.0, 2.0 * math.pi, len(n))
+    else:
+        angle = np.array([turn(orientation, d, random) for _ in n], dtype=float)
+    return Packing(outlines, kinds, position, angle, scale, within).check(padding, within)
 
 
 def random_sequential(
-    outlines: Sequence[Outline],
+    outlines: Sequence[Shape],
     kind: ArrayLike,
     box: Box,
     padding: float,
     seed: int = 1,
     attempts: int = 2000,
+    sizes: Sizes | ArrayLike | None = None,
+    orientation: Orientation = "random",
 ) -> Packing:
     """Grains thrown in one by one at random places, the largest first, kept where they fit.
 
     Args:
-        outlines: the outlines.
-        kind: (n,) which outline each grain has.
-        box: x_low, x_high, y_low, y_high.
+        outlines: the shapes.
+        kind: (n,) which shape each grain has.
+        box: x_low, x_high, y_low, y_high (z_low, z_high), or a container.
         padding: smallest gap between grains, and between grains and box.
         seed: of the random numbers.
         attempts: how often a place is sought for each grain.
+        sizes: by how much grains are scaled, a distribution or (n,); None: not at all.
+        orientation: see :func:`peridem.placing.turn`.
 
     Raises:
         ValueError: no place found for a grain; it says how many fitted and how full the box was.
     """
-    outlines, kinds = _checked(outlines, kind, box, padding)
-    random = np.random.default_rng(seed)
-    reach = np.array([outline.reach for outline in outlines])[kinds]
-    position, angle = np.zeros((len(kinds), 2)), np.zeros(len(kinds))
-    near, filled = _Neighbours(), 0.0
+    outlines, kinds, within = _checked(outlines, kind, box, padding, orientation)
+    random, d = np.random.default_rng(seed), within.dimension
+    scale = _scales(sizes, len(kinds), random)
+    reach = np.array([shape.reach for shape in outlines])[kinds] * scale
+    _check_periodic(within, reach.max(), padding)
+    position, angle = np.zeros((len(kinds), d)), _no_angles(len(kinds), d)
+    near, filled = Placed(within, d), 0.0
     for done, i in enumerate(np.argsort(-reach, kind="stable")):
-        outline = outlines[kinds[i]]
+        shape = outlines[kinds[i]]
         for _ in range(attempts):
-            angle[i] = random.uniform(0.0, 2.0 * math.pi)
-            turned = outline.placed(angle=angle[i])
-            low, high = _free_room(turned, box, padding)
+            angle[i] = turn(orientation, d, random)
+            turned = shape.placed(angle=angle[i], scale=float(scale[i]))
+            low, high = within.room(turned, padding)
             if (high < low).any():
                 continue
             position[i] = random.uniform(low, high)
             placed = turned.placed(position[i])
-            if near.clear(position[i], placed, padding):
+            if within.inside is not None and within.inside.room_for(placed) < padding:
+                continue
+            if near.clear(placed, position[i], reach[i], padding):
                 break
         else:
             raise ValueError(
                 f"random sequential packing: no place for grain {done + 1} of {len(kinds)} in "
-                f"{attempts} attempts; those before fill {filled / _area(box):.0%} of the box {box}"
+                f"{attempts} attempts; those before fill {filled / within.measure:.0%} of the box "
+                f"{within}. More attempts, fewer or smaller grains, less padding, or gravity "
+                "(deposited, settled) help"
             )
-        near.add(position[i], placed)
-        filled += outline.area
-    return Packing(outlines, kinds, position, angle, np.ones(len(kinds)))
+        near.add(placed, position[i], reach[i])
+        filled += placed.measure
+    return Packing(outlines, kinds, position, angle, scale, within)
+
+
+def fill(
+    outlines: Sequence[Shape],
+    fraction: float,
+    box: Box,
+    padding: float,
+    seed: int = 1,
+    attempts: int = 2000,
+    shares: Sequence[float] | None = None,
+    sizes: Sizes | None = None,
+    orientation: Orientation = "random",
+) -> Packing:
+    """Random sequential addition up to a wanted fraction of the box.
+
+    So many grains are drawn that together they come as close to the fraction as whole grains
+    can, and then placed by :func:`random_sequential`. Discs of one size jam at 0.547 and spheres
+    at 0.38, without padding (Feder 1980; Meakin & Jullien 1992).
+
+    Args:
+        outlines: the shapes.
+        fraction: area or volume of all grains over that of the box.
+        box: x_low, x_high, y_low, y_high (z_low, z_high), or a container.
+        padding: smallest gap between grains, and between grains and box.
+        seed: of the random numbers.
+        attempts: how often a place is sought for each grain.
+        shares: of each shape in the number of grains; None: all alike.
+        sizes: by how much grains are scaled; None: not at all.
+        orientation: see :func:`peridem.placing.turn`.
+
+    Raises:
+        ValueError: a fraction that is not between 0 and 1, or that cannot be reached.
+    """
+    within = container(box)
+    if not 0.0 < fraction < 1.0:
+        raise ValueError(f"packing: fraction must lie between 0 and 1, not {fraction}")
+    random = np.random.default_rng((seed, 1))
+    weight = np.ones(len(outlines)) if shares is None else np.asarray(shares, dtype=float)
+    if weight.shape != (len(outlines),) or not (weight >= 0.0).all() or weight.sum() <= 0.0:
+        raise ValueError(
+            f"packing: a share for each of {len(outlines)} shapes needed, not {shares}"
+        )
+    measure = np.array([shape.measure for shape in outlines])
+    wanted, kinds, scales, total = fraction * within.measure, [], [], 0.0
+    while True:
+        kind = int(random.choice(len(outlines), p=weight / weight.sum()))
+        scale = 1.0 if sizes is None else float(sizes.draw(1, random)[0])
+        size = float(measure[kind]) * scale**within.dimension
+        if abs(total + size - wanted) > abs(total - wanted):
+            break
+        kinds.append(kind)
+        scales.append(scale)
+        total += size
+    if not kinds:
+        raise ValueError(f"packing: no grain is small enough for a fraction of {fraction:g}")
+    return random_sequential(
+        outlines, kinds, within, padding, seed, attempts, np.array(scales), orientation
+    )
+
+
+@dataclass(frozen=True, eq=False)
+class Layer:
+    """One layer of :func:`layered`.
+
+    Attributes:
+        height: of the layer.
+        kind: which shape each of its grains has; None: so many as ``fraction`` takes.
+        fraction: part of the layer that its grains fill, if ``kind`` is not given.
+        shares: of each shape in the number of grains.
+        sizes: by how much its grains are scaled.
+        orientation: see :func:`peridem.placing.turn`.
+    """
+
+    height: float
+    kind: Sequence[int] | None = None
+    fraction: float = 0.4
+    shares: Sequence[float] | None = None
+    sizes: Sizes | None = None
+    orientation: Orientation = "random"
+
+
+def layered(
+    outlines: Sequence[Shape],
+    layers: Sequence[Layer],
+    box: Box,
+    padding: float,
+    seed: int = 1,
+    attempts: int = 2000,
+) -> Packing:
+    """Layers of different grains above each other, from the bottom of the box; random in each.
+
+    Grains keep within their layer.
+
+    Raises:
+        ValueError: the layers are higher than the box, or the grains of one do not fit; it says
+            which (from 1).
+    """
+    within = container(box)
+    height = sum(layer.height for layer in layers)
+    room = float(within.high[-1] - within.low[-1])
+    if not layers or height > room * (1.0 + 1e-12):
+        raise ValueError(f"layered packing: layers of together {height:g} in a box {room:g} high")
+    made, bottom = [], float(within.low[-1])
+    for number, layer in enumerate(layers, 1):
+        slab = within.slab(bottom, min(bottom + layer.height, float(within.high[-1])))
+        bottom += layer.height
+        one = seed + number - 1
+        try:
+            if layer.kind is None:
+                part = fill(
+                    outlines,
+                    layer.fraction,
+                    slab,
+                    padding,
+                    one,
+                    attempts,
+                    layer.shares,
+                    layer.sizes,
+                    layer.orientation,
+                )
+            else:
+                part = random_sequential(
+                    outlines,
+                    layer.kind,
+                    slab,
+                    padding,
+                    one,
+                    attempts,
+                    layer.sizes,
+                    layer.orientation,
+                )
+        except ValueError as error:
+            raise ValueError(f"layer {number}: {error}") from error
+        made.append(part)
+    return Packing(
+        tuple(outlines),
+        np.concatenate([part.kind for part in made]),
+        np.concatenate([part.position for part in made]),
+        np.concatenate([part.angle for part in made]),
+        np.concatenate([part.scale for part in made]),
+        within,
+    )
 
 
 def deposited(
-    outlines: Sequence[Outline],
+    outlines: Sequence[Shape],
     kind: ArrayLike,
     box: Box,
     padding: float,
     seed: int = 1,
     trials: int = 60,
+    sizes: Sizes | None = None,
+    orientation: Orientation = "random",
 ) -> Packing:
     """A heap: each grain in turn falls straight down where it comes to lie lowest.
 
-    For each grain several places and angles are tried; it comes down until it is ``padding`` above
-    the floor or another grain, and the one with the lowest centre of area is kept. The result is
-    dense but not at rest: grains lean on single points until they are pressed or shaken.
+    For each grain several places and angles are tried; it comes down (along the last axis) until it
+    is ``padding`` above the floor or another grain, and the one with the lowest centre is kept. The
+    result is dense but not at rest: grains lean on single points until they are pressed or shaken.
 
     Args:
-        outlines: the outlines.
-        kind: (n,) which outline each grain has, in the order in which they fall.
-        box: x_low, x_high, y_low, y_high.
+        outlines: the shapes.
+        kind: (n,) which shape each grain has, in the order in which they fall.
+        box: x_low, x_high, y_low, y_high (z_low, z_high), or a container that is a box.
         padding: smallest gap between grains, and between grains and box.
         seed: of the random numbers.
         trials: how many places are tried for each grain.
+        sizes: by how much grains are scaled; None: not at all.
+        orientation: see :func:`peridem.placing.turn`.
 
     Raises:
-        ValueError: the box is full before all grains are in.
+        ValueError: the box is full before all grains are in, or is no box.
     """
-    outlines, kinds = _checked(outlines, kind, box, padding)
-    random = np.random.default_rng(seed)
-    position, angle = np.zeros((len(kinds), 2)), np.zeros(len(kinds))
-    near, filled = _Neighbours(), 0.0
+    outlines, kinds, within = _checked(outlines, kind, box, padding, orientation)
+    if within.inside is not None or within.periodic[-1]:
+        raise ValueError("deposited packing: a box with a floor and a top needed")
+    random, d = np.random.default_rng(seed), within.dimension
+    scale = _scales(sizes, len(kinds), random)
+    reach = np.array([shape.reach for shape in outlines])[kinds] * scale
+    _check_periodic(within, reach.max(), padding)
+    position, angle = np.zeros((len(kinds), d)), _no_angles(len(kinds), d)
+    near, filled = Placed(within, d), 0.0
     for i, k in enumerate(kinds):
         lowest = math.inf
         for _ in range(trials):
-            turned_by = random.uniform(0.0, 2.0 * math.pi)
-            turned = outlines[k].placed(angle=turned_by)
-            low, high = _free_room(turned, box, padding)
+            turned_by = turn(orientation, d, random)
+            turned = outlines[k].placed(angle=turned_by, scale=float(scale[i]))
+            low, high = within.room(turned, padding)
             if (high < low).any():
                 continue
-            x = random.uniform(low[0], high[0])
-            y = _fall(turned, x, low[1], near, padding)
-            height = y + turned.centroid[1]
-            if y <= high[1] and height < lowest:
-                lowest, position[i], angle[i] = height, (x, y), turned_by
+            across = random.uniform(low[:-1], high[:-1])
+            at = _fall(turned, across, float(low[-1]), float(reach[i]), near, padding)
+            height = float(at[-1] + turned.centroid[-1])
+            if at[-1] <= high[-1] and height < lowest:
+                lowest, position[i], angle[i] = height, at, turned_by
         if lowest == math.inf:
             raise ValueError(
-                f"deposited packing: the box {box} is full after {i} of {len(kinds)} grains, "
-                f"which fill {filled / _area(box):.0%} of it"
+                f"deposited packing: the box {within} is full after {i} of {len(kinds)} grains, "
+                f"which fill {filled / within.measure:.0%} of it"
             )
-        near.add(position[i], outlines[k].placed(position[i], angle[i]))
-        filled += outlines[k].area
-    return Packing(outlines, kinds, position, angle, np.ones(len(kinds)))
+        placed = outlines[k].placed(position[i], angle[i], float(scale[i]))
+        near.add(placed, position[i], reach[i])
+        filled += placed.measure
+    return Packing(outlines, kinds, position, angle, scale, within)
 
 
-def _fall(turned: Outline, x: float, floor: float, near: _Neighbours, padding: float) -> float:
-    """Height at which an outline falling along x comes to rest, never closer than ``padding``."""
-    below = near.under(x, turned, padding)
+def settled(
+    packing: Packing,
+    padding: float,
+    spacing: float | None = None,
+    friction: float = 0.0,
+    lmp: str | Path | None = None,
+    ranks: int = 1,
+) -> Packing:
+    """The packing after its grains have fallen and come to rest, as rigid bodies in LAMMPS.
+
+    See :func:`peridem.settle.settled`.
+    """
+    from peridem import settle
+
+    return settle.settled(packing, padding, spacing, friction, lmp, ranks)
+
+
+def _fall(
+    turned: Shape, across: Array, floor: float, reach: float, near: Placed, padding: float
+) -> Array:
+    """Where a shape that falls along the last axis comes to rest, (d,)."""
+    flat = np.append(across, 0.0)
+    low, high = turned.extent
+    below = near.under(low + flat, high + flat, padding)
     tolerance = 1e-3 * padding
-    y = max([floor, *(near.top(j) + turned.reach + padding for j in below)])
+    y = max([floor, *(near.top(image) + reach + padding for image in below)])
     while y > floor:
-        here = turned.placed((x, y))
-        gap = near.gap((x, y), here, below) - padding
+        at = np.append(across, y)
+        gap = near.gap(turned.placed(at), at, reach, below) - padding
         if gap <= tolerance:
             break
-        y = max(floor, y - gap)  # no point of the outline moves further than the gap
-    return y
+        y = max(floor, y - gap)  # no point of the shape moves further than the gap
+    return np.append(across, y)
 
 
-class _Neighbours:
-    """Outlines placed so far with the circles around them, to ask only near ones for distances."""
-
-    def __init__(self) -> None:
-        self.placed: list[Outline] = []
-        self._centre: list[ArrayLike] = []
-        self._radius: list[float] = []
-        self._bounds: list[Box] = []
-
-    def add(self, position: ArrayLike, placed: Outline) -> None:
-        self._centre.append(np.array(position))
-        self._radius.append(_reach_from(position, placed))
-        self._bounds.append(placed.bounds)
-        self.placed.append(placed)
-
-    def of(self, position: ArrayLike, placed: Outline, within: float) -> list[int]:
-        """Numbers of the outlines that may be closer than ``within``."""
-        if not self.placed:
-            return []
-        away = np.hypot(*(np.array(self._centre) - position).T)
-        reach = np.array(self._radius) + _reach_from(position, placed) + within
-        return [int(j) for j in np.flatnonzero(away < reach)]
-
-    def clear(self, position: ArrayLike, placed: Outline, padding: float) -> bool:
-        """Whether all outlines so far are at least ``padding`` away."""
-        near = self.of(position, placed, padding)
-        return all(placed.distance(self.placed[j]) >= padding for j in near)
-
-    def gap(self, position: ArrayLike, placed: Outline, among: list[int]) -> float:
-        """Smallest distance to the outlines of the given numbers; inf if there are none."""
-        if not among:
-            return math.inf
-        away = np.hypot(*(np.array([self._centre[j] for j in among]) - position).T)
-        reach = np.array([self._radius[j] for j in among]) + _reach_from(position, placed)
-        best = math.inf
-        for least, j in sorted(zip((away - reach).tolist(), among, strict=True)):
-            if least >= best:
-                break  # the circles around the others are further away already
-            best = min(best, placed.distance(self.placed[j]))
-        return best
-
-    def under(self, x: float, turned: Outline, padding: float) -> list[int]:
-        """Numbers of the outlines that one at the height of the origin may meet as it falls."""
-        low, high = turned.bounds[0] + x - padding, turned.bounds[1] + x + padding
-        return [j for j, b in enumerate(self._bounds) if b[1] > low and b[0] < high]
-
-    def top(self, j: int) -> float:
-        return self._bounds[j][3]
+def _no_angles(n: int, dimension: int) -> Array:
+    return np.zeros(n) if dimension == 2 else np.zeros((n, 3))
 
 
-def _reach_from(position: ArrayLike, placed: Outline) -> float:
-    return float(np.hypot(*(placed.vertices - np.asarray(position)).T).max()) + placed.radius
+def _scales(sizes: Sizes | ArrayLike | None, n: int, random: np.random.Generator) -> Array:
+    if sizes is None:
+        return np.ones(n)
+    if isinstance(sizes, Sizes):
+        return sizes.draw(n, random)
+    given = np.asarray(sizes, dtype=float)
+    if given.shape != (n,) or not (np.isfinite(given) & (given > 0.0)).all():
+        raise ValueError(f"packing: sizes of {n} grains must be {n} numbers above 0")
+    return given
+
+
+def _check_periodic(within: Container, reach: float, padding: float) -> None:
+    for axis, (period, length) in enumerate(
+        zip(within.periodic, within.high - within.low, strict=True)
+    ):
+        if period and length < 2.0 * reach + padding:
+            raise ValueError(
+                f"packing: a grain of radius {reach:g} meets itself across the periodic side "
+                f"{'xyz'[axis]} of length {length:g}"
+            )
 
 
 def _checked(
-    outlines: Sequence[Outline], kind: ArrayLike, box: Box, padding: float
-) -> tuple[tuple[Outline, ...], NDArray[np.int64]]:
+    outlines: Sequence[Shape],
+    kind: ArrayLike,
+    box: Box,
+    padding: float,
+    orientation: Orientation,
+) -> tuple[tuple[Shape, ...], NDArray[np.int64], Container]:
     kinds = np.atleast_1d(np.asarray(kind, dtype=np.int64))
     if not (math.isfinite(padding) and padding > 0.0):
         raise ValueError(f"packing: padding must be above 0, not {padding}")
-    if not (box[0] < box[1] and box[2] < box[3]):
-        raise ValueError(f"packing: box must be x_low, x_high, y_low, y_high, not {box}")
+    within = container(box)
     if len(kinds) == 0 or kinds.min() < 0 or kinds.max() >= len(outlines):
         raise ValueError(f"packing: kinds must count {len(outlines)} outlines from 0, not {kinds}")
-    return tuple(outlines), kinds
-
-
-def _area(box: Box) -> float:
-    return (box[1] - box[0]) * (box[3] - box[2])
-
-
-def _free_room(turned: Outline, box: Box, padding: float) -> tuple[Array, Array]:
-    """Lowest and highest position of an outline that keep it ``padding`` inside the box."""
-    b = turned.bounds
-    low = np.array([box[0] - b[0], box[2] - b[2]]) + padding
-    high = np.array([box[1] - b[1], box[3] - b[3]]) - padding
-    return low, high
-
-
-def _gap_to_box(outline: Outline, box: Box) -> float:
-    b = outline.bounds
-    return min(b[0] - box[0], box[1] - b[1], b[2] - box[2], box[3] - b[3])
+    dimensions = {shape.dimension for shape in outlines} | {within.dimension}
+    if len(dimensions) != 1:
+        raise ValueError(
+            "packing: outlines, solids and box of two and of three dimensions together"
+        )
+    check_orientation(orientation)
+    return tuple(outlines), kinds, within

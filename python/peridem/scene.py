@@ -555,7 +555,7 @@ def grains_of(
     for kind, position, angle, scale in zip(
         packing.kind, packing.position, packing.angle, packing.scale, strict=True
     ):
-        cloud = clouds[kind].placed(position, float(angle), float(scale))
+        cloud = clouds[kind].placed(position, angle, float(scale))
         grains.append(Grain(cloud, materials[kind]))
     return grains
 

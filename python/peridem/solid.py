@@ -360,12 +360,12 @@ class Solid:
     # ---- distances -------------------------------------------------------------------------------
 
     @cached_property
-    def _vertices(self) -> Array:
-        return self.surface()[0]
+    def _around(self) -> tuple[Array, Triangles]:
+        return self.surface()
 
     @cached_property
     def _body(self) -> Any:
-        return _fcl_body(*self.surface())
+        return _fcl_body(*self._around)
 
     def distance(self, other: Solid) -> float:
         """Smallest distance between two solids; 0 where they touch or overlap.
@@ -381,15 +381,15 @@ class Solid:
         if self.radius:
             if other.contains(self.position)[0]:
                 return 0.0
-            return max(0.0, _point_to_triangles(self.position, *other.surface()) - self.radius)
+            return max(0.0, _point_to_triangles(self.position, *other._around) - self.radius)
         gap = _fcl_distance(self._body, other._body)
-        if gap <= 0.0 or self.contains(other._vertices[:1])[0]:
+        if gap <= 0.0 or self.contains(other._around[0][:1])[0]:
             return 0.0
-        return 0.0 if other.contains(self._vertices[:1])[0] else gap
+        return 0.0 if other.contains(self._around[0][:1])[0] else gap
 
     def room_for(self, other: Solid) -> float:
         """Smallest distance of something inside from the surface; 0 where it reaches out."""
-        points = other.position[None] if other.radius else other._vertices
+        points = other.position[None] if other.radius else other._around[0]
         if not self.contains(points).all():
             return 0.0
         if other.radius:

@@ -2,7 +2,12 @@
 
 import numpy as np
 import pytest
-from peridem import packing, shapes
+from hypothesis import given, settings
+from hypothesis import strategies as draw
+from peridem import cloud, packing, settle, shapes
+from peridem.placing import Sizes
+from scipy.spatial import cKDTree
+from scipy.spatial.transform import Rotation
 
 OUTLINES = [
     make(radius)
@@ -63,6 +68,233 @@ def test_deposited_grains_rest_on_something():
     assert max(made.outline(i).bounds[3] for i in range(len(made))) < 0.75 * BOX[3]
 
 
+# ---- any packing, in the plane and in space ------------------------------------------------------
+
+FLAT = [shapes.named(name, 1.0) for name in ("circle", "ellipse", "star", "drum", "irregular")]
+SOLID = [
+    shapes.named(name, 1.0)
+    for name in ("sphere", "cuboid", "ellipsoid", "cylinder", "irregular_solid")
+]
+
+
+def points_of(shape):
+    """Points on the boundary of a shape, some 0.1 apart."""
+    if shape.dimension == 2:
+        return shape.boundary(0.03)
+    vertices, triangles = shape.surface(outside=False)
+    n = max(1, round(np.sqrt(2000 / len(triangles))))
+    i, j = np.meshgrid(np.arange(n + 1), np.arange(n + 1))
+    u, v = i[i + j <= n] / n, j[i + j <= n] / n
+    a, b, c = np.moveaxis(vertices[triangles], 1, 0)
+    return (a[:, None] + u[:, None] * (b - a)[:, None] + v[:, None] * (c - a)[:, None]).reshape(
+        -1, 3
+    )
+
+
+def assert_apart(made, padding):
+    """No point of a grain, or of its images, is nearer to another than the padding, or inside."""
+    within = made.container
+    points = [points_of(made.outline(i)) for i in range(len(made))]
+    fixed = ~np.array(within.periodic)
+    for i in range(len(made)):
+        assert (points[i].min(axis=0) - within.low)[fixed].min(initial=9.0) >= padding - 1e-9
+        assert (within.high - points[i].max(axis=0))[fixed].min(initial=9.0) >= padding - 1e-9
+        for shift in within.shifts():
+            moved = points[i] + shift
+            near = cKDTree(moved)
+            for j in range(i):
+                # points lie on the boundary, so their distance is that of the shapes or more
+                assert near.query(points[j])[0].min() >= padding * (1.0 - 1e-9)
+                assert not made.outline(j).contains(moved).any()
+
+
+@settings(max_examples=8, deadline=None)
+@given(
+    seed=draw.integers(0, 1000),
+    flat=draw.booleans(),
+    periodic=draw.booleans(),
+    orientation=draw.sampled_from(["random", "fixed", 0.2]),
+    padding=draw.floats(0.02, 0.3),
+)
+def test_filled_boxes_never_overlap(seed, flat, periodic, orientation, padding):
+    d = 2 if flat else 3
+    size = 9.0 if flat else 5.0
+    box = packing.Container(np.zeros(d), np.full(d, size), (periodic,) * d)
+    made = packing.fill(
+        FLAT if flat else SOLID,
+        0.2 if flat else 0.05,
+        box,
+        padding,
+        seed,
+        sizes=Sizes.uniform(0.5, 1.0),
+        orientation=orientation,
+    )
+    assert_apart(made, padding)
+    assert made.smallest_gap()[0] >= padding * (1.0 - 1e-9)
+    # whole grains: within half of the largest, of area pi or volume 4.19
+    assert abs(made.area - made.fraction * size**d) < 1e-9
+    assert abs(made.fraction - (0.2 if flat else 0.05)) * size**d <= 0.5 * (np.pi if flat else 4.19)
+    again = packing.fill(
+        FLAT if flat else SOLID,
+        0.2 if flat else 0.05,
+        box,
+        padding,
+        seed,
+        sizes=Sizes.uniform(0.5, 1.0),
+        orientation=orientation,
+    )
+    assert (again.position == made.position).all() and (again.angle == made.angle).all()
+
+
+@pytest.mark.parametrize(
+    "make",
+    [
+        lambda: packing.grid(SOLID, np.arange(20) % 5, (0, 7, 0, 7, 0, 12), 0.1, jitter=1.0),
+        lambda: packing.grid(
+            FLAT, np.arange(9) % 5, (0, 7, 0, 9), 0.1, 0.5, sizes=Sizes.uniform(0.5, 1)
+        ),
+        lambda: packing.deposited(SOLID, np.arange(10) % 5, (0, 4, 0, 4, 0, 12), 0.1, trials=8),
+        lambda: packing.deposited(
+            FLAT,
+            np.arange(10) % 5,
+            packing.Container([0, 0], [6, 20], (True, False)),
+            0.1,
+            trials=20,
+        ),
+        lambda: packing.layered(
+            FLAT,
+            [
+                packing.Layer(4.0, [0, 1, 2]),
+                packing.Layer(5.0, fraction=0.2, shares=[0, 0, 0, 1, 0]),
+            ],
+            (0, 10, 0, 9),
+            0.1,
+        ),
+        lambda: packing.layered(
+            SOLID,
+            [packing.Layer(3.0, [0, 1]), packing.Layer(4.0, [2, 3, 4])],
+            (0, 5, 0, 5, 0, 7),
+            0.1,
+        ),
+    ],
+    ids=["grid 3D", "grid sizes", "deposited 3D", "deposited periodic", "layered", "layered 3D"],
+)
+def test_other_packings_never_overlap(make):
+    made = make()
+    assert_apart(made, 0.1)
+    assert (make().position == made.position).all()
+
+
+def test_layers_keep_their_grains():
+    made = packing.layered(
+        FLAT,
+        [packing.Layer(4.0, [0, 1, 2]), packing.Layer(5.0, fraction=0.2, shares=[0, 0, 0, 1, 0])],
+        (0, 10, 0, 9),
+        0.1,
+    )
+    assert made.kind[:3].tolist() == [0, 1, 2] and (made.kind[3:] == 3).all() and len(made) > 6
+    assert (made.position[:3, 1] < 4.0).all() and (made.position[3:, 1] > 4.0).all()
+
+
+def test_grains_fill_the_hole_of_a_drum():
+    wall = shapes.annulus(5.0, 6.0, (1.5, 0.6))
+    made = packing.fill(
+        FLAT, 0.25, packing.container_inside(wall), 0.1, sizes=Sizes.uniform(0.4, 0.7)
+    )
+    for i in range(len(made)):
+        assert wall.distance(made.outline(i)) >= 0.1 * (1.0 - 1e-9)
+        assert np.hypot(*made.position[i]) < 5.0
+    # the fin takes some of the circle's area
+    assert made.container.measure == pytest.approx(wall.holes[0].area)
+    assert made.container.measure < np.pi * 25.0 - 0.8
+    assert made.fraction == pytest.approx(0.25, abs=0.5 * np.pi * 0.49 / 70.0)
+
+
+def test_sizes_are_drawn_as_asked():
+    random = np.random.default_rng(1)
+    n = 20_000
+    # means and deviations of n draws are off by 1/sqrt(n) of the deviation: four of these
+    off = 4.0 / np.sqrt(n)
+    drawn = Sizes.uniform(0.5, 1.5).draw(n, random)
+    assert drawn.mean() == pytest.approx(1.0, abs=off * 0.29) and np.ptp(drawn) < 1.0
+    drawn = Sizes.normal(2.0, 0.1).draw(n, random)
+    assert (drawn.mean(), drawn.std()) == (
+        pytest.approx(2.0, abs=off * 0.1),
+        pytest.approx(0.1, abs=off * 0.1),
+    )
+    drawn = Sizes.lognormal(2.0, 0.3).draw(n, random)
+    assert np.log(drawn).mean() == pytest.approx(np.log(2.0), abs=off * 0.3)
+    assert np.log(drawn).std() == pytest.approx(0.3, abs=off * 0.3)
+    cut = Sizes.normal(1.0, 0.5, 0.8, 1.1).draw(n, random)
+    assert cut.min() >= 0.8 and cut.max() <= 1.1
+    drawn = Sizes.table([1.0, 2.0], [3.0, 1.0]).draw(n, random)
+    assert (drawn == 1.0).mean() == pytest.approx(0.75, abs=off * 0.44)
+    assert set(drawn) == {1.0, 2.0}
+
+
+def test_random_orientations_in_space_have_no_direction():
+    made = packing.grid([shapes.sphere(0.1)], np.zeros(2000, int), (0, 9, 0, 9, 0, 9), 0.1)
+    turned = Rotation.from_rotvec(made.angle).apply([0.0, 0.0, 1.0])
+    # each component has the mean 0 and the variance 1/3; four deviations of 2000 draws
+    assert np.abs(turned.mean(axis=0)).max() < 4.0 * np.sqrt(1.0 / 3.0 / 2000)
+    assert np.abs((turned**2).mean(axis=0) - 1.0 / 3.0).max() < 4.0 * 0.3 / np.sqrt(2000)
+
+
+# ---- settled by gravity --------------------------------------------------------------------------
+
+
+def test_rigid_motion_is_found_again():
+    random = np.random.default_rng(1)
+    for d in (2, 3):
+        points = random.normal(size=(9, d))
+        turn = np.linalg.qr(random.normal(size=(d, d)))[0]
+        turn[:, 0] *= np.linalg.det(turn)
+        found, shift = settle.rigid_motion(points, points @ turn.T + 2.0)
+        assert found == pytest.approx(turn, abs=1e-14) and shift == pytest.approx(2.0, abs=1e-13)
+
+
+@pytest.mark.parametrize("flat", [True, False], ids=["2D", "3D"])
+def test_settled_grains_rest_on_each_other(lmp, flat):
+    # lengths of millimetres: the run knows no unit
+    kinds = [shapes.hexagon(1e-3), shapes.star(1e-3)] if flat else [shapes.cuboid(1e-3, 1e-3, 1e-3)]
+    box = (0, 5e-3, 0, 14e-3) if flat else (0, 3.4e-3, 0, 3.4e-3, 0, 7e-3)
+    start = packing.random_sequential(kinds, np.arange(8) % len(kinds), box, 2e-4, attempts=20_000)
+    made = packing.settled(start, 2e-4, lmp=lmp)
+    assert_apart(made, 2e-4)
+    assert made.position[:, -1].mean() < 0.75 * start.position[:, -1].mean()
+    # at rest each grain is near the floor or another: contact keeps nodes about 1.2 of the spacing
+    # apart, and shapes at most so far
+    for i in range(len(made)):
+        others = [made.outline(i).distance(made.outline(j)) for j in range(len(made)) if j != i]
+        assert min(*others, made.container.gap(made.outline(i))) < 1.5 * 2e-4
+    # what it stands for: the clouds placed there keep their distance too
+    clouds = [cloud.mesh(shape, 2e-4) for shape in kinds]
+    nodes = [
+        clouds[k].placed(p, a, s).nodes
+        for k, p, a, s in zip(made.kind, made.position, made.angle, made.scale, strict=True)
+    ]
+    for i in range(len(made)):
+        rest = np.vstack([n for j, n in enumerate(nodes) if j != i])
+        assert cKDTree(rest).query(nodes[i])[0].min() >= 2e-4 * (1.0 - 1e-9)
+
+
+def test_settling_needs_a_box_with_a_floor():
+    round_box = packing.container_inside(shapes.circle(5.0))
+    made = packing.random_sequential(FLAT, [0], round_box, 0.1)
+    with pytest.raises(ValueError, match="box with a floor"):
+        packing.settled(made, 0.1)
+    made = packing.random_sequential(FLAT, [0], (0, 5, 0, 5), 0.1)
+    with pytest.raises(ValueError, match="friction"):
+        packing.settled(made, 0.1, friction=-1.0)
+
+
+def test_table_in_space():
+    rows = [(1, 2, 2, 2, 1.0, 0, 0, 0.5), (0, 5, 2, 2, 0.5, 0, 0, 0)]
+    made = packing.table(SOLID, rows, 0.1, (0, 8, 0, 4, 0, 4))
+    assert made.angle.tolist() == [[0, 0, 0.5], [0, 0, 0]]
+    assert made.area == pytest.approx((2.0 / 3.0**0.5) ** 3 + 4.0 / 3.0 * np.pi / 8.0)
+
+
 def test_area_counts_scale():
     rows = [(0, 2.0, 3.0, 1.0, 0.0), (0, 7.0, 3.0, 2.0, 0.0)]
     made = packing.table(OUTLINES, rows, PADDING, BOX)
@@ -100,6 +332,42 @@ def test_table_from_a_file(tmp_path):
             "is full after",
         ),
         (lambda: packing.grid(OUTLINES, [0], BOX, 0.0), "padding"),
+        (lambda: packing.table(SOLID, [(0, 1, 1, 1, 0)], PADDING), "kind x y z scale ax ay az"),
+        (lambda: packing.grid(OUTLINES, [0], (0, 1, 0), PADDING), "x_low"),
+        (lambda: packing.grid(OUTLINES, [0], (0, 9, 0, 9, 0, 9), PADDING), "two and of three"),
+        (lambda: packing.fill(OUTLINES, 0.9, BOX, PADDING, attempts=50), r"fill \d+% of the box"),
+        (lambda: packing.fill(OUTLINES, 1.5, BOX, PADDING), "between 0 and 1"),
+        (lambda: packing.fill(OUTLINES, 1e-4, BOX, PADDING), "no grain is small enough"),
+        (lambda: packing.fill(OUTLINES, 0.2, BOX, PADDING, shares=[1.0]), "a share for each of 8"),
+        (lambda: packing.grid(OUTLINES, [0], BOX, PADDING, orientation="up"), "'random', 'fixed'"),
+        (lambda: packing.random_sequential(OUTLINES, [0], BOX, PADDING, sizes=[-1.0]), "above 0"),
+        (
+            lambda: packing.random_sequential(
+                OUTLINES, [0], packing.Container([0, 0], [1.9, 9], (True, False)), PADDING
+            ),
+            "meets itself across the periodic side x",
+        ),
+        (lambda: packing.layered(OUTLINES, [packing.Layer(13.0, [0])], BOX, PADDING), "12 high"),
+        (
+            lambda: packing.layered(OUTLINES, [packing.Layer(2.0, [0, 1])], BOX, PADDING),
+            "layer 1: random sequential",
+        ),
+        (
+            lambda: packing.deposited(
+                OUTLINES, [0], packing.container_inside(shapes.circle(9.0)), PADDING
+            ),
+            "floor",
+        ),
+        (
+            lambda: packing.Container([0, 0], [9, 9], (True, False), shapes.circle(1.0)),
+            "no periodic",
+        ),
+        (lambda: Sizes.uniform(0.0, 1.0), "above 0"),
+        (lambda: Sizes.table([1.0], [0.5, 0.5]), "a share for each"),
+        (
+            lambda: Sizes.normal(1.0, 0.01, 5.0, 6.0).draw(1, np.random.default_rng(1)),
+            "hardly ever",
+        ),
         (lambda: packing.grid(OUTLINES, [0], (1.0, 0.0, 0.0, 1.0), PADDING), "x_low"),
         (lambda: packing.grid(OUTLINES, [8], BOX, PADDING), "kinds"),
     ],

@@ -129,9 +129,9 @@ def test_distance_of_solids_equals_brute_force(one, two):
     other = two.placed((1.5, 0.6, 0.3), (0.4, 1.2, -0.7), 0.8)
     brute = cKDTree(points_of(one)).query(points_of(other))[0].min()
     distance = one.distance(other)
-    # the points are at most 0.06 off the nearest ones, which lengthens the gap of over 0.3 by at most
-    # 0.06^2/(2 0.3) each; a sphere lies up to 0.8 % of 0.7 inside the polyhedron that the brute
-    # force sees
+    # the points are at most 0.06 off the nearest ones, which lengthens the gap of over 0.3 by at
+    # most 0.06^2/(2 0.3) each; a sphere lies up to 0.8 % of 0.7 inside the polyhedron that the
+    # brute force sees
     assert brute - 2.0 * 0.06**2 / 0.6 <= distance <= brute + 2.0 * 0.008 * 0.7
     assert distance > 0.3
     assert other.distance(one) == pytest.approx(distance, rel=1e-9)
