@@ -421,6 +421,14 @@ void FixPeridemBonds::remove_row_entry(int i, tagint jtag)
     }
 }
 
+/* ---------------------------------------------------------------------- */
+
+double FixPeridemBonds::stretch(const double *xi, const double *xj, double R)
+{
+  const double dx = xj[0] - xi[0], dy = xj[1] - xi[1], dz = xj[2] - xi[2];
+  return (std::sqrt(dx * dx + dy * dy + dz * dz) - R) / R;
+}
+
 /* ----------------------------------------------------------------------
    take bond k out of the row of node i; the rest keeps its order
 ------------------------------------------------------------------------- */

@@ -98,6 +98,8 @@ class FixPeridemBonds : public Fix {
   // look again which nodes belong to rigid bodies
   void flag_rigid();
 
+  // of a bond of length R; every engine decides by this number, the same to the last digit from both ends
+  static double stretch(const double *xi, const double *xj, double R);
   void break_bond(int i, bigint k);
   bool bonded(int i, tagint jtag) const;
   double intact_volume(int i) const;

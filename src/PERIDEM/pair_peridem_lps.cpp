@@ -154,6 +154,7 @@ void PairPeridemLPS::compute(int eflag, int vflag)
   if (batching) batch->compute();
   if (!batching || batch->general_too()) general_passes();
   theta_stale = batching;
+  if (batch && !batching && batch->outdated()) batch_version = -1;
   if (books.open) book_viscous_forces();
 }
 
@@ -340,9 +341,7 @@ double PairPeridemLPS::careful_row(int i)
   bool any = false;
   for (bigint k = bonds->start[i]; k < bonds->start[i] + bonds->num[i];) {
     const int j = bonds->partner[k];
-    const double dx = x[j][0] - x[i][0], dy = x[j][1] - x[i][1], dz = x[j][2] - x[i][2];
-    const double R = bonds->length[k];
-    const double s = (std::sqrt(dx * dx + dy * dy + dz * dz) - R) / R;
+    const double s = FixPeridemBonds::stretch(x[i], x[j], bonds->length[k]);
     if (atom->mask[i] & atom->mask[j] & bonds->unbroken_bit) {
       k++;
       continue;

@@ -50,6 +50,9 @@ void PeridemBatch::init(FixPeridemBonds *_bonds, const std::vector<Law> &_laws, 
   laws = _laws;
   forced = _forced;
   reported = false;
+  any_viscous = std::any_of(laws.begin(), laws.end(), [](const Law &law) {
+    return law.here && law.viscous;
+  });
 }
 
 /* ---------------------------------------------------------------------- */
@@ -76,8 +79,9 @@ void PeridemBatch::plan(const double *stiffness, const double *dashpot)
 void PeridemBatch::report()
 {
   const std::string reasons[PeridemBatchPlan::NREASONS] = {
-      "on several ranks or across a periodic boundary", "of several types or out of the plane",
-      "with rigid nodes", fmt::format("with more than {} nodes", PeridemBatchPlan::MAXNODES),
+      "wider than half the periodic box, or across its sheared or changing faces",
+      "of several types or out of the plane", "with rigid nodes",
+      fmt::format("with more than {} nodes", PeridemBatchPlan::MAXNODES),
       "with too few of their shape and size"};
   std::array<bigint, PeridemBatchPlan::NREASONS + 1> mine, all;
   std::copy(thePlan.left.begin(), thePlan.left.end(), mine.begin());
@@ -102,17 +106,66 @@ void PeridemBatch::report()
                    left, why);
 }
 
-/* ---------------------------------------------------------------------- */
+/* ----------------------------------------------------------------------
+   while positions of borrowed nodes travel, grains without any are computed
+------------------------------------------------------------------------- */
 
 void PeridemBatch::compute()
 {
   drop_broken();
-  for (auto &group : thePlan.groups) {
+  auto &share = thePlan.share;
+  const auto alone = thePlan.first_shared, all = thePlan.groups.size();
+  if (share.any()) {
+    share.send_places(atom->x, any_viscous ? atom->v : nullptr);
+    compute_groups(0, alone);
+    share.receive_places();
+    compute_groups(alone, all);
+    share.send_results();
+    lent_sums.resize(atom->nlocal);
+    share.receive_results([this](int i, const double *result) {
+      take_results(i, result);
+    });
+    drop_broken();
+  } else
+    compute_groups(0, all);
+}
+
+/* ---------------------------------------------------------------------- */
+
+void PeridemBatch::compute_groups(std::size_t begin, std::size_t end)
+{
+  for (auto g = begin; g < end; g++) {
     if (domain->dimension == 3)
-      one_group<3>(group);
+      one_group<3>(thePlan.groups[g]);
     else
-      one_group<2>(group);
+      one_group<2>(thePlan.groups[g]);
   }
+}
+
+/* ----------------------------------------------------------------------
+   what another rank has found for an owned node; bonds that it has broken are broken here too
+------------------------------------------------------------------------- */
+
+void PeridemBatch::take_results(int i, const double *result)
+{
+  for (int k = 0; k < 3; k++) atom->f[i][k] += result[k];
+  lent_sums[i] = result[3];
+  const auto &law = laws[atom->type[i]];
+  const double reached = result[4] / law.s0;
+  if (reached > 1.0 - MARGIN)
+    careful_row(i);
+  else if (reached > bonds->maxstretch[i])
+    bonds->maxstretch[i] = reached;
+}
+
+/* ---------------------------------------------------------------------- */
+
+bool PeridemBatch::outdated()
+{
+  if (!thePlan.share.any()) return false;
+  int mine = bonds->broken.size() > broken_seen, any;
+  MPI_Allreduce(&mine, &any, 1, MPI_INT, MPI_MAX, world);
+  return any;
 }
 
 /* ----------------------------------------------------------------------
@@ -121,42 +174,64 @@ void PeridemBatch::compute()
 
 void PeridemBatch::drop_broken()
 {
-  if (broken_seen == bonds->broken.size()) return;
   for (; broken_seen < bonds->broken.size(); broken_seen++) {
     const auto &bond = bonds->broken[broken_seen];
-    if (!covers(bond.i)) continue;
     const auto &place = thePlan.places[bond.i];
+    if (place.group < 0) continue;
     thePlan.groups[place.group].drop_bond(place.lane, thePlan.number[bond.i],
-                                          thePlan.number[bond.j]);
+                                          thePlan.number_of(bond.j));
   }
 }
 
 /* ---------------------------------------------------------------------- */
 
-void PeridemBatch::gather(const PeridemBatchGroup &group, double **from,
+void PeridemBatch::gather(const PeridemBatchGroup &group, bool velocities,
                           std::vector<Pack> &to) const
 {
-  const int dim = domain->dimension;
-  const double *const values = from[0];
+  const int dim = domain->dimension, nlocal = atom->nlocal;
+  const auto &share = thePlan.share;
+  const double *const values = velocities ? atom->v[0] : atom->x[0];
   to.resize(static_cast<std::size_t>(dim) * group.nodes);
   for (int n = 0; n < group.nodes; n++)
     for (int lane = 0; lane < WIDTH; lane++) {
-      const double *const one = values + 3 * static_cast<bigint>(group.index[n * WIDTH + lane]);
+      const int i = group.index[n * WIDTH + lane];
+      const double *one;
+      if (i < nlocal)
+        one = values + 3 * static_cast<bigint>(i);
+      else
+        one = velocities ? share.velocity(i - nlocal) : share.place(i - nlocal);
       for (int m = 0; m < dim; m++) PeridemSimd::set(to[dim * n + m], lane, one[m]);
     }
 }
 
 /* ---------------------------------------------------------------------- */
 
+void PeridemBatch::shift(const PeridemBatchGroup &group)
+{
+  if (group.shift.empty()) return;
+  const int dim = domain->dimension;
+  for (int n = 0; n < group.nodes; n++)
+    for (int lane = 0; lane < WIDTH; lane++)
+      for (int m = 0; m < dim; m++) {
+        auto &pack = x[dim * n + m];
+        PeridemSimd::set(pack, lane,
+                         PeridemSimd::get(pack, lane) + group.shift[3 * (n * WIDTH + lane) + m]);
+      }
+}
+
+/* ---------------------------------------------------------------------- */
+
 template <int DIM> void PeridemBatch::one_group(PeridemBatchGroup &group)
 {
-  gather(group, atom->x, x);
+  gather(group, false, x);
+  shift(group);
   stretches<DIM>(group);
   if (std::isfinite(laws[group.type].s0)) {
     if (look_closely(group)) stretches<DIM>(group);
     record_stretches(group);
   }
   forces<DIM>(group);
+  scatter(group);
 }
 
 /* ---------------------------------------------------------------------- */
@@ -189,12 +264,50 @@ bool PeridemBatch::look_closely(PeridemBatchGroup &group)
     close = PeridemSimd::any_above(top[n].v, PeridemSimd::all(limit));
   if (!close) return false;
 
+  const int nlocal = atom->nlocal;
   const auto before = bonds->broken.size();
+  bool any = false;
   for (int n = 0; n < group.nodes; n++)
-    for (int lane = 0; lane < group.lanes; lane++)
-      if (PeridemSimd::get(top[n], lane) > limit) careful_row(group.index[n * WIDTH + lane]);
+    for (int lane = 0; lane < group.lanes; lane++) {
+      if (PeridemSimd::get(top[n], lane) <= limit) continue;
+      const int i = group.index[n * WIDTH + lane];
+      if (i < nlocal)
+        careful_row(i);
+      else if (careful_borrowed(group, lane, n))
+        any = true;
+    }
+  any = any || bonds->broken.size() > before;
   drop_broken();
-  return bonds->broken.size() > before;
+  return any;
+}
+
+/* ----------------------------------------------------------------------
+   the same for a node of another rank, which finds the same once it hears of the stretch
+------------------------------------------------------------------------- */
+
+bool PeridemBatch::careful_borrowed(PeridemBatchGroup &group, int lane, int n)
+{
+  const auto &law = laws[group.type];
+  auto &share = thePlan.share;
+  const int dim = domain->dimension, slot = group.index[n * WIDTH + lane] - atom->nlocal;
+  share.result(slot)[4] = PeridemSimd::get(top[n], lane);
+  auto place = [&](int node, double *to) {
+    to[2] = 0.0;
+    for (int m = 0; m < dim; m++) to[m] = PeridemSimd::get(x[dim * node + m], lane);
+  };
+  double xn[3], xm[3];
+  place(n, xn);
+  bool any = false;
+  for (auto k = share.first[slot]; k < share.first[slot + 1]; k++) {
+    const int m = thePlan.number_of_tag(static_cast<tagint>(share.rows[k].tag));
+    if (thePlan.unbroken(group.index[n * WIDTH + lane]) &&
+        thePlan.unbroken(group.index[m * WIDTH + lane]))
+      continue;
+    place(m, xm);
+    const double s = bonds->stretch(xn, xm, share.rows[k].length);
+    if ((s > law.s0 || (law.both && s < -law.s0)) && group.drop_bond(lane, n, m)) any = true;
+  }
+  return any;
 }
 
 /* ---------------------------------------------------------------------- */
@@ -213,8 +326,14 @@ void PeridemBatch::record_stretches(PeridemBatchGroup &group)
 void PeridemBatch::record_stretch(PeridemBatchGroup &group, int n, double scale)
 {
   for (int lane = 0; lane < group.lanes; lane++) {
-    double &known = bonds->maxstretch[group.index[n * WIDTH + lane]];
+    const int i = group.index[n * WIDTH + lane];
     const double reached = scale * PeridemSimd::get(top[n], lane);
+    if (i >= atom->nlocal) {
+      double &told = thePlan.share.result(i - atom->nlocal)[4];
+      told = MAX(told, PeridemSimd::get(top[n], lane));
+      continue;
+    }
+    double &known = bonds->maxstretch[i];
     if (reached > known && reached <= 1.0 - MARGIN) known = reached;
     PeridemSimd::set(group.most[n], lane, known);
   }
@@ -231,19 +350,30 @@ template <int DIM> void PeridemBatch::forces(PeridemBatchGroup &group)
   for (int n = 0; n < group.nodes; n++) pressure[n].v = group.soft[n].v * group.sum[n].v;
   force.assign(static_cast<std::size_t>(DIM) * group.nodes, Pack{});
   if (laws[group.type].viscous) {
-    gather(group, atom->v, v);
+    gather(group, true, v);
     force_pass<DIM, true>(list, x.data(), v.data(), pressure.data(), group.stiff.data(),
                           group.dashpot.data(), force.data());
   } else {
     force_pass<DIM, false>(list, x.data(), nullptr, pressure.data(), group.stiff.data(), nullptr,
                            force.data());
   }
+}
 
+/* ---------------------------------------------------------------------- */
+
+void PeridemBatch::scatter(const PeridemBatchGroup &group)
+{
+  const int dim = domain->dimension, nlocal = atom->nlocal;
   double *const f = atom->f[0];
   for (int n = 0; n < group.nodes; n++)
     for (int lane = 0; lane < group.lanes; lane++) {
-      double *const one = f + 3 * static_cast<bigint>(group.index[n * WIDTH + lane]);
-      for (int m = 0; m < DIM; m++) one[m] += PeridemSimd::get(force[DIM * n + m], lane);
+      const int i = group.index[n * WIDTH + lane];
+      double *one = f + 3 * static_cast<bigint>(i);
+      if (i >= nlocal) {
+        one = thePlan.share.result(i - nlocal);
+        one[3] = PeridemSimd::get(group.sum[n], lane);
+      }
+      for (int m = 0; m < dim; m++) one[m] += PeridemSimd::get(force[dim * n + m], lane);
     }
 }
 
@@ -253,8 +383,11 @@ void PeridemBatch::each_sum(const std::function<void(int, double)> &tell) const
 {
   for (const auto &group : thePlan.groups)
     for (int n = 0; n < group.nodes; n++)
-      for (int lane = 0; lane < group.lanes; lane++)
-        tell(group.index[n * WIDTH + lane], PeridemSimd::get(group.sum[n], lane));
+      for (int lane = 0; lane < group.lanes; lane++) {
+        const int i = group.index[n * WIDTH + lane];
+        if (i < atom->nlocal) tell(i, PeridemSimd::get(group.sum[n], lane));
+      }
+  for (int i : thePlan.share.lent()) tell(i, lent_sums[i]);
 }
 
 /* ---------------------------------------------------------------------- */

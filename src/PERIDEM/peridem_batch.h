@@ -43,8 +43,11 @@ class PeridemBatch : protected Pointers {
   bool general_too() const { return general; }
   bool covers(int i) const { return thePlan.covered[i]; }
 
-  // add forces, break bonds
+  // add forces, break bonds; collective
   void compute();
+  // after a step without compute(): have bonds broken that only another rank knows of? Then there must
+  // be a new plan(). Collective.
+  bool outdated();
   // of owned nodes in batches: sum of w v V_i V_j R e over the bonds at the last compute()
   void each_sum(const std::function<void(int, double)> &) const;
 
@@ -54,23 +57,29 @@ class PeridemBatch : protected Pointers {
   CarefulRow careful_row;
   FixPeridemBonds *bonds{nullptr};
   std::vector<Law> laws;
-  bool forced{false}, reported{false}, general{true};
+  bool forced{false}, reported{false}, general{true}, any_viscous{false};
   std::string said;    // the last report
   PeridemBatchPlan thePlan;
   std::size_t broken_seen{0};    // entries of bonds->broken that the batches know
 
   // one batch at work, in cache
   std::vector<PeridemSimd::Pack> x, v, top, pressure, force;
+  std::vector<double> lent_sums;    // by local index
 
   void report();
   void drop_broken();
-  void gather(const PeridemBatchGroup &, double **from, std::vector<PeridemSimd::Pack> &) const;
+  void compute_groups(std::size_t begin, std::size_t end);
+  void take_results(int, const double *);
+  void gather(const PeridemBatchGroup &, bool velocities, std::vector<PeridemSimd::Pack> &) const;
+  void shift(const PeridemBatchGroup &);
   template <int DIM> void one_group(PeridemBatchGroup &);
   template <int DIM> void stretches(PeridemBatchGroup &);
   bool look_closely(PeridemBatchGroup &);
+  bool careful_borrowed(PeridemBatchGroup &, int lane, int n);
   void record_stretches(PeridemBatchGroup &);
   void record_stretch(PeridemBatchGroup &, int n, double scale);
   template <int DIM> void forces(PeridemBatchGroup &);
+  void scatter(const PeridemBatchGroup &);
 };
 
 }    // namespace LAMMPS_NS

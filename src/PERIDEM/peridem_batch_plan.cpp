@@ -22,7 +22,7 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
+#include <map>
 #include <tuple>
 
 using namespace LAMMPS_NS;
@@ -38,15 +38,17 @@ static constexpr double BREAK_EVEN = 1.5;
 
 /* ---------------------------------------------------------------------- */
 
-void PeridemBatchGroup::drop_bond(int lane, int n, int m)
+bool PeridemBatchGroup::drop_bond(int lane, int n, int m)
 {
   if (n > m) std::swap(n, m);
   const auto begin = partner.begin() + first[n], end = partner.begin() + first[n + 1];
   const auto at = std::lower_bound(begin, end, m);
-  if (at == end || *at != m) return;
+  if (at == end || *at != m) return false;
   const auto k = at - partner.begin();
+  const bool held = PeridemSimd::get(strength[k], lane) != 0.0;
   PeridemSimd::set(inverse[k], lane, 0.0);
   PeridemSimd::set(strength[k], lane, 0.0);
+  return held;
 }
 
 /* ---------------------------------------------------------------------- */
@@ -63,7 +65,8 @@ double PeridemBatchGroup::memory_usage() const
 
 double PeridemBatchPlan::memory_usage() const
 {
-  double bytes = static_cast<double>(covered.size() + (number.size() + nodes.size()) * sizeof(int));
+  double bytes = share.memory_usage() +
+      static_cast<double>(covered.size() + number.size() * (sizeof(int) + sizeof(Place)));
   for (const auto &group : groups) bytes += group.memory_usage();
   return bytes;
 }
@@ -77,96 +80,189 @@ bigint PeridemBatchPlan::grains_batched() const
   return sum;
 }
 
+// ---- nodes, own or borrowed -----------------------------------------------------------------------
+
+tagint PeridemBatchPlan::tag(int i) const
+{
+  return i < nlocal ? atom->tag[i] : static_cast<tagint>(share.nodes[i - nlocal].tag);
+}
+
 /* ---------------------------------------------------------------------- */
 
+int PeridemBatchPlan::type(int i) const
+{
+  return i < nlocal ? atom->type[i] : static_cast<int>(share.nodes[i - nlocal].type);
+}
+
+/* ---------------------------------------------------------------------- */
+
+const double *PeridemBatchPlan::place(int i) const
+{
+  return i < nlocal ? atom->x[i] : share.nodes[i - nlocal].x;
+}
+
+/* ---------------------------------------------------------------------- */
+
+const double *PeridemBatchPlan::reference(int i) const
+{
+  return i < nlocal ? atom->x0[i] : share.nodes[i - nlocal].X;
+}
+
+/* ---------------------------------------------------------------------- */
+
+PeridemBatchPlan::Row PeridemBatchPlan::row(int i) const
+{
+  if (i < nlocal) {
+    const auto at = bonds->start[i];
+    return {bonds->num[i], bonds->length.data() + at, bonds->weight.data() + at, 1};
+  }
+  const auto at = share.first[i - nlocal];
+  const auto *const bond = share.rows.data() + at;
+  constexpr std::size_t stride = sizeof(PeridemBatchShare::Bond) / sizeof(double);
+  return {static_cast<int>(share.first[i - nlocal + 1] - at), &bond->length, &bond->weight, stride};
+}
+
+/* ----------------------------------------------------------------------
+   number within the grain of the node at the other end of bond k of node i
+------------------------------------------------------------------------- */
+
+int PeridemBatchPlan::partner(int i, int k) const
+{
+  if (i < nlocal) return number_of(bonds->partner[bonds->start[i] + k]);
+  return number_of_tag(static_cast<tagint>(share.rows[share.first[i - nlocal] + k].tag));
+}
+
+/* ---------------------------------------------------------------------- */
+
+int PeridemBatchPlan::number_of(int j) const
+{
+  return j < nlocal ? number[j] : number_of_tag(atom->tag[j]);
+}
+
+/* ---------------------------------------------------------------------- */
+
+int PeridemBatchPlan::number_of_tag(tagint who) const
+{
+  const int i = atom->map(who);
+  if (i >= 0 && i < nlocal) return number[i];
+  const int k = share.slot(who);
+  return k < 0 ? -1 : number[nlocal + k];
+}
+
+/* ---------------------------------------------------------------------- */
+
+bool PeridemBatchPlan::unbroken(int i) const
+{
+  if (i < nlocal) return atom->mask[i] & bonds->unbroken_bit;
+  return share.nodes[i - nlocal].unbroken != 0.0;
+}
+
+// ---- choosing ----------------------------------------------------------------------------------------
+
 void PeridemBatchPlan::build(const FixPeridemBonds *_bonds, const std::vector<Law> &laws,
-                             const double *stiffness, const double *dashpot, bool forced)
+                             const double *_stiffness, const double *_dashpot, bool forced)
 {
   bonds = _bonds;
+  stiffness = _stiffness;
+  dashpot = _dashpot;
+  nlocal = atom->nlocal;
   groups.clear();
   left.fill(0);
-  covered.assign(atom->nlocal, 0);
-  number.assign(atom->nlocal, -1);
-  places.assign(atom->nlocal, {-1, -1});
-  sort_nodes(laws);
+  const auto mine = candidates(laws);
+  share.assemble(bonds, mine, stiffness, dashpot);
 
-  std::vector<Grain> fit;
-  for (const auto &grain : find_grains()) {
-    for (int m = grain.begin; m < grain.end; m++) number[nodes[m]] = m - grain.begin;
+  const std::size_t count = nlocal + share.nodes.size();
+  covered.assign(count, 0);
+  number.assign(count, -1);
+  places.assign(count, {-1, -1});
+  auto grains = find_grains(mine);
+  if (share.any()) add_borrowed(grains);
+
+  for (const auto &grain : grains)
+    for (std::size_t n = 0; n < grain.nodes.size(); n++)
+      number[grain.nodes[n]] = static_cast<int>(n);
+  Grains fit;
+  for (auto &grain : grains) {
     const int reason = unfit(grain);
     if (reason < NREASONS)
       left[reason]++;
     else
-      fit.push_back(grain);
+      fit.push_back(std::move(grain));
   }
   find_shapes(fit);
-
-  // of one type, number of nodes and shape, by size
-
-  auto kind = [&](const Grain &g) {
-    return std::make_tuple(atom->type[nodes[g.begin]], g.end - g.begin, g.shape);
-  };
-  std::sort(fit.begin(), fit.end(), [&](const Grain &a, const Grain &b) {
-    const auto ka = kind(a), kb = kind(b);
-    return ka < kb || (ka == kb && a.size < b.size);
-  });
-  for (std::size_t begin = 0, end = 0; begin < fit.size(); begin = end) {
-    end = begin + 1;
-    while (end < fit.size() && end < begin + WIDTH && kind(fit[end]) == kind(fit[begin])) end++;
-    if (build_group(fit, begin, end, forced))
-      fill_nodes(groups.back(), laws, stiffness, dashpot);
-    else
-      left[FEW] += static_cast<bigint>(end - begin);
-  }
+  form_groups(fit, laws, forced);
+  settle();
 }
 
 /* ----------------------------------------------------------------------
-   nodes that have, or had, bonds
+   nodes that have, or had, bonds, by grain and ID
 ------------------------------------------------------------------------- */
 
-void PeridemBatchPlan::sort_nodes(const std::vector<Law> &laws)
+std::vector<int> PeridemBatchPlan::candidates(const std::vector<Law> &laws) const
 {
-  const tagint *const mol = atom->molecule, *const tag = atom->tag;
-  nodes.clear();
-  for (int i = 0; i < atom->nlocal; i++)
+  const tagint *const mol = atom->molecule, *const id = atom->tag;
+  std::vector<int> nodes;
+  for (int i = 0; i < nlocal; i++)
     if (laws[atom->type[i]].here && bonds->num[i] >= 0 && bonds->nref[i] > 0) nodes.push_back(i);
   std::sort(nodes.begin(), nodes.end(), [&](int i, int j) {
-    return mol[i] < mol[j] || (mol[i] == mol[j] && tag[i] < tag[j]);
+    return mol[i] < mol[j] || (mol[i] == mol[j] && id[i] < id[j]);
   });
+  return nodes;
+}
+
+/* ----------------------------------------------------------------------
+   grains that are computed on this rank, if they are batched
+------------------------------------------------------------------------- */
+
+PeridemBatchPlan::Grains PeridemBatchPlan::find_grains(const std::vector<int> &nodes) const
+{
+  Grains grains;
+  for (std::size_t begin = 0, end = 0; begin < nodes.size(); begin = end) {
+    const tagint mol = atom->molecule[nodes[begin]];
+    while (end < nodes.size() && atom->molecule[nodes[end]] == mol) end++;
+    if (share.lends(mol)) continue;
+    grains.emplace_back();
+    grains.back().nodes.assign(nodes.begin() + begin, nodes.begin() + end);
+  }
+  return grains;
 }
 
 /* ---------------------------------------------------------------------- */
 
-std::vector<PeridemBatchPlan::Grain> PeridemBatchPlan::find_grains() const
+void PeridemBatchPlan::add_borrowed(Grains &grains) const
 {
-  const int count = static_cast<int>(nodes.size());
-  std::vector<Grain> grains;
-  for (int begin = 0, end = 0; begin < count; begin = end) {
-    const tagint mol = atom->molecule[nodes[begin]];
-    while (end < count && atom->molecule[nodes[end]] == mol) end++;
-    grains.push_back({begin, end, 0, 0.0});
+  std::map<tagint, Grain *> by_molecule;
+  for (auto &grain : grains) by_molecule[atom->molecule[grain.nodes[0]]] = &grain;
+  for (std::size_t k = 0; k < share.nodes.size(); k++) {
+    auto *const grain = by_molecule.at(static_cast<tagint>(share.nodes[k].mol));
+    grain->shared = true;
+    grain->nodes.push_back(nlocal + static_cast<int>(k));
   }
-  return grains;
+  for (auto &grain : grains)
+    if (grain.shared)
+      std::sort(grain.nodes.begin(), grain.nodes.end(), [this](int i, int j) {
+        return tag(i) < tag(j);
+      });
 }
 
 /* ----------------------------------------------------------------------
    why a grain cannot be batched; NREASONS if it can
 ------------------------------------------------------------------------- */
 
-int PeridemBatchPlan::unfit(const Grain &grain) const
+int PeridemBatchPlan::unfit(Grain &grain) const
 {
-  if (grain.end - grain.begin > MAXNODES) return LARGE;
-  const int type = atom->type[nodes[grain.begin]];
+  if (grain.nodes.size() > MAXNODES) return LARGE;
+  grain.type = type(grain.nodes[0]);
   bool mixed = false, rigid = false;
-  for (int m = grain.begin; m < grain.end; m++) {
-    const int i = nodes[m];
-    mixed = mixed || bonds->mixed[i] || atom->type[i] != type;
-    rigid = rigid || bonds->rigid[i];
-    for (bigint k = bonds->start[i]; k < bonds->start[i] + bonds->num[i]; k++)
-      if (bonds->partner[k] >= atom->nlocal) return SPANS;
+  for (int i : grain.nodes) {
+    const bool own = i < nlocal;
+    mixed = mixed || type(i) != grain.type ||
+        (own ? bonds->mixed[i] != 0 : share.nodes[i - nlocal].mixed != 0.0);
+    rigid = rigid || (own ? bonds->rigid[i] != 0 : share.nodes[i - nlocal].rigid != 0.0);
   }
   if (mixed || !flat(grain)) return MIXED;
-  return rigid ? RIGID : NREASONS;
+  if (rigid) return RIGID;
+  return unwrap(grain) ? NREASONS : WIDE;
 }
 
 /* ----------------------------------------------------------------------
@@ -176,10 +272,39 @@ int PeridemBatchPlan::unfit(const Grain &grain) const
 bool PeridemBatchPlan::flat(const Grain &grain) const
 {
   if (domain->dimension == 3) return true;
-  const double z = atom->x[nodes[grain.begin]][2];
-  for (int m = grain.begin; m < grain.end; m++)
-    if (atom->x[nodes[m]][2] != z || atom->v[nodes[m]][2] != 0.0) return false;
-  return true;
+  const double z = place(grain.nodes[0])[2];
+  return std::all_of(grain.nodes.begin(), grain.nodes.end(), [&](int i) {
+    const double vz = i < nlocal ? atom->v[i][2] : share.nodes[i - nlocal].vz;
+    return place(i)[2] == z && vz == 0.0;
+  });
+}
+
+/* ----------------------------------------------------------------------
+   All nodes on one side of the periodic box. Where the grain spans less than half of it, the
+   nearest images of any two of its nodes are on the same side then.
+------------------------------------------------------------------------- */
+
+bool PeridemBatchPlan::unwrap(Grain &grain) const
+{
+  const double *const origin = place(grain.nodes[0]);
+  for (int k = 0; k < domain->dimension; k++) {
+    if (!domain->periodicity[k]) continue;
+    const double period = domain->prd[k];
+    double lo = 0.0, hi = 0.0;
+    for (std::size_t n = 0; n < grain.nodes.size(); n++) {
+      double d = place(grain.nodes[n])[k] - origin[k];
+      const double turns = std::round(d / period);
+      if (turns != 0.0) {
+        grain.shift.resize(3 * grain.nodes.size(), 0.0);
+        grain.shift[3 * n + k] = -turns * period;
+        d -= turns * period;
+      }
+      lo = MIN(lo, d);
+      hi = MAX(hi, d);
+    }
+    if (hi - lo >= 0.5 * period) return false;
+  }
+  return grain.shift.empty() || !(domain->triclinic || domain->box_change);
 }
 
 /* ----------------------------------------------------------------------
@@ -188,16 +313,16 @@ bool PeridemBatchPlan::flat(const Grain &grain) const
 
 std::vector<double> PeridemBatchPlan::profile(Grain &grain) const
 {
-  const int n = grain.end - grain.begin;
+  const auto n = static_cast<double>(grain.nodes.size());
   double centre[3] = {0.0, 0.0, 0.0}, sum = 0.0;
-  for (int m = grain.begin; m < grain.end; m++)
-    for (int k = 0; k < 3; k++) centre[k] += atom->x0[nodes[m]][k] / n;
-  std::vector<double> distance(n);
-  for (int m = 0; m < n; m++) {
-    const double *const X = atom->x0[nodes[grain.begin + m]];
+  for (int i : grain.nodes)
+    for (int k = 0; k < 3; k++) centre[k] += reference(i)[k] / n;
+  std::vector<double> distance;
+  for (int i : grain.nodes) {
+    const double *const X = reference(i);
     double rsq = 0.0;
     for (int k = 0; k < 3; k++) rsq += (X[k] - centre[k]) * (X[k] - centre[k]);
-    distance[m] = std::sqrt(rsq);
+    distance.push_back(std::sqrt(rsq));
     sum += rsq;
   }
   grain.size = std::sqrt(sum / n);
@@ -207,7 +332,7 @@ std::vector<double> PeridemBatchPlan::profile(Grain &grain) const
 
 /* ---------------------------------------------------------------------- */
 
-void PeridemBatchPlan::find_shapes(std::vector<Grain> &grains)
+void PeridemBatchPlan::find_shapes(Grains &grains) const
 {
   std::vector<std::vector<double>> known;
   for (auto &grain : grains) {
@@ -222,33 +347,56 @@ void PeridemBatchPlan::find_shapes(std::vector<Grain> &grains)
     grain.shape = static_cast<int>(at - known.begin());
     if (at == known.end()) known.push_back(std::move(mine));
   }
-  shapes = static_cast<int>(known.size());
 }
 
 /* ----------------------------------------------------------------------
-   grains begin to end side by side, if that is faster
+   of one type, number of nodes and shape, by size; those that wait for other ranks last
 ------------------------------------------------------------------------- */
 
-bool PeridemBatchPlan::build_group(const std::vector<Grain> &grains, std::size_t begin,
-                                   std::size_t end, bool forced)
+void PeridemBatchPlan::form_groups(Grains &grains, const std::vector<Law> &laws, bool forced)
+{
+  auto kind = [](const Grain &g) {
+    return std::make_tuple(g.shared, g.type, g.nodes.size(), g.shape);
+  };
+  std::sort(grains.begin(), grains.end(), [&](const Grain &a, const Grain &b) {
+    const auto ka = kind(a), kb = kind(b);
+    return ka < kb || (ka == kb && a.size < b.size);
+  });
+  first_shared = 0;
+  const auto *const stop = grains.data() + grains.size();
+  for (const auto *first = grains.data(), *last = first; first < stop; first = last) {
+    while (last < stop && last < first + WIDTH && kind(*last) == kind(*first)) last++;
+    if (build_group(first, last, forced))
+      fill_nodes(groups.back(), laws);
+    else
+      left[FEW] += last - first;
+    if (!first->shared) first_shared = groups.size();
+  }
+}
+
+/* ----------------------------------------------------------------------
+   grains first to last side by side, if that is faster
+------------------------------------------------------------------------- */
+
+bool PeridemBatchPlan::build_group(const Grain *first, const Grain *last, bool forced)
 {
   PeridemBatchGroup group;
-  group.lanes = static_cast<int>(end - begin);
-  group.nodes = grains[begin].end - grains[begin].begin;
-  group.type = atom->type[nodes[grains[begin].begin]];
-  unite(grains, begin, group);
+  group.lanes = static_cast<int>(last - first);
+  group.nodes = static_cast<int>(first->nodes.size());
+  group.type = first->type;
+  unite(first, group);
 
   bigint directed = 0;
-  for (std::size_t g = begin; g < end; g++)
-    for (int m = grains[g].begin; m < grains[g].end; m++) directed += bonds->num[nodes[m]];
+  for (const auto *grain = first; grain < last; grain++)
+    for (int i : grain->nodes) directed += row(i).count;
   const double united = static_cast<double>(group.partner.size());
   if (!forced && 0.5 * static_cast<double>(directed) < BREAK_EVEN * united) return false;
 
-  fill(grains, begin, group);
-  for (std::size_t g = begin; g < end; g++)
-    for (int m = grains[g].begin; m < grains[g].end; m++) {
-      covered[nodes[m]] = 1;
-      places[nodes[m]] = {static_cast<int>(groups.size()), static_cast<int>(g - begin)};
+  fill(first, group);
+  for (const auto *grain = first; grain < last; grain++)
+    for (int i : grain->nodes) {
+      covered[i] = 1;
+      places[i] = {static_cast<int>(groups.size()), static_cast<int>(grain - first)};
     }
   groups.push_back(std::move(group));
   return true;
@@ -258,8 +406,7 @@ bool PeridemBatchPlan::build_group(const std::vector<Grain> &grains, std::size_t
    the bonds that at least one grain has
 ------------------------------------------------------------------------- */
 
-void PeridemBatchPlan::unite(const std::vector<Grain> &grains, std::size_t begin,
-                             PeridemBatchGroup &group) const
+void PeridemBatchPlan::unite(const Grain *first, PeridemBatchGroup &group) const
 {
   std::vector<int> seen(group.nodes, -1);    // for which node a partner is in the list
   std::vector<unsigned short> found;
@@ -267,9 +414,9 @@ void PeridemBatchPlan::unite(const std::vector<Grain> &grains, std::size_t begin
   for (int n = 0; n < group.nodes; n++) {
     found.clear();
     for (int lane = 0; lane < group.lanes; lane++) {
-      const int i = nodes[grains[begin + lane].begin + n];
-      for (bigint k = bonds->start[i]; k < bonds->start[i] + bonds->num[i]; k++) {
-        const int m = number[bonds->partner[k]];
+      const int i = first[lane].nodes[n], count = row(i).count;
+      for (int k = 0; k < count; k++) {
+        const int m = partner(i, k);
         if (m <= n || seen[m] == n) continue;
         seen[m] = n;
         found.push_back(static_cast<unsigned short>(m));
@@ -283,8 +430,7 @@ void PeridemBatchPlan::unite(const std::vector<Grain> &grains, std::size_t begin
 
 /* ---------------------------------------------------------------------- */
 
-void PeridemBatchPlan::fill(const std::vector<Grain> &grains, std::size_t begin,
-                            PeridemBatchGroup &group) const
+void PeridemBatchPlan::fill(const Grain *first, PeridemBatchGroup &group) const
 {
   const Pack zero{};
   group.inverse.assign(group.partner.size(), zero);
@@ -295,14 +441,20 @@ void PeridemBatchPlan::fill(const std::vector<Grain> &grains, std::size_t begin,
     for (int k = group.first[n]; k < group.first[n + 1]; k++) slot[group.partner[k]] = k;
     for (int lane = 0; lane < WIDTH; lane++) {
       const int used = lane < group.lanes ? lane : 0;
-      const int i = group.index[n * WIDTH + lane] = nodes[grains[begin + used].begin + n];
+      const auto &grain = first[used];
+      const int i = group.index[n * WIDTH + lane] = grain.nodes[n];
+      if (!grain.shift.empty()) {
+        group.shift.resize(3 * group.index.size(), 0.0);
+        std::copy_n(&grain.shift[3 * n], 3, &group.shift[3 * (n * WIDTH + lane)]);
+      }
       if (lane != used) continue;
-      for (bigint k = bonds->start[i]; k < bonds->start[i] + bonds->num[i]; k++) {
-        const int m = number[bonds->partner[k]];
+      const auto mine = row(i);
+      for (int k = 0; k < mine.count; k++) {
+        const int m = partner(i, k);
         if (m <= n) continue;
-        const double R = bonds->length[k];
+        const double R = mine.length[k * mine.stride];
         PeridemSimd::set(group.inverse[slot[m]], lane, 1.0 / R);
-        PeridemSimd::set(group.strength[slot[m]], lane, bonds->weight[k] * R * R);
+        PeridemSimd::set(group.strength[slot[m]], lane, mine.weight[k * mine.stride] * R * R);
       }
     }
   }
@@ -310,8 +462,7 @@ void PeridemBatchPlan::fill(const std::vector<Grain> &grains, std::size_t begin,
 
 /* ---------------------------------------------------------------------- */
 
-void PeridemBatchPlan::fill_nodes(PeridemBatchGroup &group, const std::vector<Law> &laws,
-                                  const double *stiffness, const double *dashpot) const
+void PeridemBatchPlan::fill_nodes(PeridemBatchGroup &group, const std::vector<Law> &laws) const
 {
   const Pack zero{};
   const double softness = laws[group.type].softness;
@@ -320,10 +471,22 @@ void PeridemBatchPlan::fill_nodes(PeridemBatchGroup &group, const std::vector<La
   for (int n = 0; n < group.nodes; n++)
     for (int lane = 0; lane < group.lanes; lane++) {
       const int i = group.index[n * WIDTH + lane];
-      const double m = bonds->wvolume[i];
-      if (m > 0.0) PeridemSimd::set(group.soft[n], lane, softness / (m * m * atom->vfrac[i]));
-      PeridemSimd::set(group.stiff[n], lane, stiffness[i]);
-      PeridemSimd::set(group.dashpot[n], lane, dashpot[i]);
-      PeridemSimd::set(group.most[n], lane, bonds->maxstretch[i]);
+      const auto *const other = i < nlocal ? nullptr : &share.nodes[i - nlocal];
+      const double m = other ? other->wvolume : bonds->wvolume[i];
+      const double V = other ? other->volume : atom->vfrac[i];
+      if (m > 0.0) PeridemSimd::set(group.soft[n], lane, softness / (m * m * V));
+      PeridemSimd::set(group.stiff[n], lane, other ? other->stiffness : stiffness[i]);
+      PeridemSimd::set(group.dashpot[n], lane, other ? other->dashpot : dashpot[i]);
+      if (!other) PeridemSimd::set(group.most[n], lane, bonds->maxstretch[i]);
     }
+}
+
+/* ----------------------------------------------------------------------
+   lenders hear which of their nodes are in batches
+------------------------------------------------------------------------- */
+
+void PeridemBatchPlan::settle()
+{
+  share.settle(std::vector<char>(covered.begin() + nlocal, covered.end()));
+  for (int i : share.lent()) covered[i] = 1;
 }

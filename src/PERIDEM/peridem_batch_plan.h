@@ -17,6 +17,7 @@
 #ifndef LMP_PERIDEM_BATCH_PLAN_H
 #define LMP_PERIDEM_BATCH_PLAN_H
 
+#include "peridem_batch_share.h"
 #include "peridem_simd.h"
 #include "pointers.h"
 
@@ -31,7 +32,10 @@ struct PeridemBatchGroup {
   int type{0};
   int nodes{0};
   int lanes{0};              // grains; the other lanes repeat the first, without bonds
-  std::vector<int> index;    // local index of node n of the grain in a lane: [n * WIDTH + lane]
+  std::vector<int> index;    // of node n of the grain in a lane, [n * WIDTH + lane]; see below
+  std::vector<double>
+      shift;    // three for each of these: to the side of the periodic box where node
+                // 0 is; empty if there is nothing to shift
 
   // bonds first[n] <= k < first[n + 1] lead from node n to nodes partner[k] > n
   std::vector<int> first;
@@ -44,15 +48,18 @@ struct PeridemBatchGroup {
   std::vector<PeridemSimd::Pack> sum;                     // of strength * stretch
   std::vector<PeridemSimd::Pack> most;    // what bonds->maxstretch is known to have reached
 
-  // no bond from n to m any more in this lane
-  void drop_bond(int lane, int n, int m);
+  // no bond from n to m any more in this lane; was there one?
+  bool drop_bond(int lane, int n, int m);
   double memory_usage() const;
 };
+
+// Indices of nodes here are local indices below nlocal, and above that the places among borrowed nodes
+// (peridem_batch_share.h).
 
 class PeridemBatchPlan : protected Pointers {
  public:
   // why a grain is left to the general engine
-  enum Reason { SPANS, MIXED, RIGID, LARGE, FEW, NREASONS };
+  enum Reason { WIDE, MIXED, RIGID, LARGE, FEW, NREASONS };
 
   // nodes of a grain above which the arrays of a batch leave the second-level cache
   static constexpr int MAXNODES = 4000;
@@ -62,47 +69,74 @@ class PeridemBatchPlan : protected Pointers {
     double softness;    // a_i = softness sum / (m_i^2 V_i)
   };
 
-  explicit PeridemBatchPlan(class LAMMPS *lmp) : Pointers(lmp) {}
+  explicit PeridemBatchPlan(class LAMMPS *lmp) : Pointers(lmp), share(lmp) {}
 
-  // forced: batch whatever can be, even without gain; stiffness, dashpot: of owned nodes
+  // forced: batch whatever can be, even without gain; stiffness, dashpot: of owned nodes; collective
   void build(const FixPeridemBonds *, const std::vector<Law> &, const double *stiffness,
              const double *dashpot, bool forced);
 
+  PeridemBatchShare share;
   std::vector<PeridemBatchGroup> groups;
-  std::vector<char> covered;    // by local index: is the node in a group?
+  std::size_t first_shared{0};    // groups from here on have borrowed nodes
+  std::vector<char> covered;      // by index: is the node in a batch, here or on another rank?
   struct Place {
     int group, lane;
   };
-  std::vector<Place> places;    // of covered nodes, by local index
-  std::vector<int> number;      // of the node within its grain, by local index
+  std::vector<Place> places;    // by index: where in the groups of this rank, -1 if nowhere
+  std::vector<int> number;      // by index: of the node within its grain
+
+  // number within its grain of a bonded node, given by a local or ghost index, or by its ID
+  int number_of(int j) const;
+  int number_of_tag(tagint) const;
+
+  // does no bond between two such nodes ever break?
+  bool unbroken(int) const;
 
   // of this rank
-  int shapes{0};
   std::array<bigint, NREASONS> left{};    // grains left to the general engine
   bigint grains_batched() const;
   double memory_usage() const;
 
  private:
   struct Grain {
-    int begin, end;    // in nodes
-    int shape;
-    double size;    // root mean square distance from the centroid of the reference
+    std::vector<int> nodes;    // indices, by tag
+    bool shared{false};
+    int type{0}, shape{0};
+    double size{0.0};             // root mean square distance from the centroid of the reference
+    std::vector<double> shift;    // three per node, if any is not zero
+  };
+  using Grains = std::vector<Grain>;
+  struct Row {    // bonds of a node
+    int count;
+    const double *length, *weight;
+    std::size_t stride;    // from one to the next, in doubles
   };
 
   const FixPeridemBonds *bonds{nullptr};
-  std::vector<int> nodes;    // local indices sorted by grain and ID
+  const double *stiffness{nullptr}, *dashpot{nullptr};
+  int nlocal{0};
 
-  void sort_nodes(const std::vector<Law> &);
-  std::vector<Grain> find_grains() const;
-  int unfit(const Grain &) const;
+  tagint tag(int) const;
+  int type(int) const;
+  const double *place(int) const;
+  const double *reference(int) const;
+  Row row(int) const;
+  int partner(int i, int k) const;
+
+  std::vector<int> candidates(const std::vector<Law> &) const;
+  Grains find_grains(const std::vector<int> &) const;
+  void add_borrowed(Grains &) const;
+  int unfit(Grain &) const;
   bool flat(const Grain &) const;
+  bool unwrap(Grain &) const;
   std::vector<double> profile(Grain &) const;
-  void find_shapes(std::vector<Grain> &);
-  bool build_group(const std::vector<Grain> &, std::size_t begin, std::size_t end, bool forced);
-  void unite(const std::vector<Grain> &, std::size_t begin, PeridemBatchGroup &) const;
-  void fill(const std::vector<Grain> &, std::size_t begin, PeridemBatchGroup &) const;
-  void fill_nodes(PeridemBatchGroup &, const std::vector<Law> &, const double *,
-                  const double *) const;
+  void find_shapes(Grains &) const;
+  void form_groups(Grains &, const std::vector<Law> &, bool forced);
+  bool build_group(const Grain *first, const Grain *last, bool forced);
+  void unite(const Grain *first, PeridemBatchGroup &) const;
+  void fill(const Grain *first, PeridemBatchGroup &) const;
+  void fill_nodes(PeridemBatchGroup &, const std::vector<Law> &) const;
+  void settle();
 };
 
 }    // namespace LAMMPS_NS
