@@ -14,6 +14,8 @@ MODULES: dict[str, tuple[str, ...]] = {
     "Waves": ("waves",),
     "Convergence": ("convergence",),
     "Contact": ("contact",),
+    "Fracture": ("fracture",),
+    "Collisions of the first paper": ("seeds",),
     "Hard cases": ("hard_contact", "hard_grains", "hard_steps"),
     "Faults met elsewhere": ("hard_faults",),
     "Invariance": ("hard_invariance",),

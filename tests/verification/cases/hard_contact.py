@@ -1,4 +1,5 @@
-"""Contacts at the edge of what contacts can do: hard on soft, large on small, fast, overlapping."""
+"""Contacts at the edge of what contacts can do: hard on soft, large on small, fast, "
+"overlapping."""
 
 from __future__ import annotations
 

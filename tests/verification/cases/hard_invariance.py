@@ -98,7 +98,8 @@ CASES = [
         "invariance",
         "One end, however it is run",
         "Three scenes that break, rub and are driven by walls: ranks, processor grids, newton, "
-        "tiled communication, balancing on the way, restarts. Forces are compared over the largest "
+        "tiled communication, balancing on the way, restarts. Forces are compared over the "
+        "largest "
         "force, motion (positions and velocities) in units of spacing and wave speed, which are "
         "of order 1, energy and walls (reaction, torque, work) over the largest.",
         "one rank",
