@@ -15,16 +15,16 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from peridem import render_2d, render_3d, results
+from peridem import render_2d, render_3d
 from peridem.render_3d import Camera
+from peridem.render_plots import fragments_png, stress_png, thermo_png
 from peridem.render_style import INTACT, WALL, Style, damage_colours, style_of, time_text
 from peridem.render_vtk import pvd
 from peridem.results_output import Output
 from peridem.results_walls import wall_stress
-from peridem.scene import WALLS
 
 if TYPE_CHECKING:
-    from matplotlib.figure import Figure
+    pass
 
 __all__ = [
     "INTACT",
@@ -34,9 +34,11 @@ __all__ = [
     "Style",
     "animation",
     "damage_colours",
+    "fragments_png",
     "grains_png",
     "pvd",
     "stress_png",
+    "thermo_png",
     "wall_stress",
 ]
 
@@ -218,43 +220,3 @@ class _Panel:
         else:
             shot = render_3d.image(self.output, i, self.style, self._bounds, camera=self._camera)
             axes.imshow(shot, interpolation="antialiased")
-
-
-def stress_png(
-    folder: str | Path,
-    path: str | Path,
-    wall: str | None = None,
-    frames: Sequence[int] | None = None,
-) -> Path:
-    """Pressure on a moving wall against how far it has gone; marks at the times of ``frames``."""
-    from matplotlib.figure import Figure
-
-    output = Output(folder)
-    travel, stress = wall_stress(folder, wall)
-    window = max(1, len(stress) // 50)
-    smooth = np.convolve(stress, np.full(window, 1.0 / window), "valid")
-    middle = np.convolve(travel, np.full(window, 1.0 / window), "valid")
-    unit, name = (1e3, "kPa") if smooth.max() < 1e6 else (1e6, "MPa")
-    figure: Figure = Figure(figsize=(7.0, 4.2), dpi=150, layout="constrained")
-    axes = figure.subplots()
-    record = results.averages(Path(folder) / WALLS)
-    times = record.get("v_now", record["TimeStep"] * float(output.summary["timestep"]))
-    every = float(times[-1]) / len(times)
-    for x, y, colour, line, span in (
-        (travel, stress, "#9db4cc", 0.7, every),
-        (middle, smooth, "#1f4e79", 1.8, window * every),
-    ):
-        label = f"averaged over {time_text(float(f'{span:.2g}'))}"
-        axes.plot(1e3 * x, y / unit, color=colour, lw=line, label=label)
-    for k, i in enumerate(output.chosen(frames, 4)):
-        at = float(np.interp(output.time(i), times, travel))
-        value = float(np.interp(at, middle, smooth)) / unit
-        axes.plot(1e3 * at, value, "o", mfc="white", mec="#b3261e", ms=6, zorder=5)
-        axes.annotate(f"$t_{{{k + 1}}}$", (1e3 * at, value), (4, 8), textcoords="offset points")
-    axes.set_xlabel("penetration of the wall (mm)")
-    axes.set_ylabel(f"pressure on the wall ({name})")
-    axes.set_xlim(0.0, 1.04e3 * float(travel[-1]))
-    axes.grid(alpha=0.3)
-    axes.legend(frameon=False)
-    figure.savefig(path)
-    return Path(path)
