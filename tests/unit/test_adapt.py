@@ -248,6 +248,7 @@ def test_the_state_of_nodes_and_the_counts_agree(simulation):
         ("eta 1 eta 2", "Repeated fix peridem/adapt keyword eta"),
         ("back 1.0", "back 1.0: must be >= 0 and < 1"),
         ("every 0", "every 0: must be >= 1"),
+        ("relax -1", "relax -1: must be >= 0"),
         ("hold 0", "hold 0: must be >= 1"),
         ("start stiff", "start stiff: must be rigid or deformable"),
         ("eta 1 stretch 0.1", "eta and stretch: give one of them"),
