@@ -60,7 +60,7 @@ sanitize: build ## run the quick tests where wrong memory or undefined behaviour
 	PYTHONPATH=$(abspath $(tree))/python LD_LIBRARY_PATH=$(abspath $(SANITIZE)) \
 	  LAMMPS_LMP=$(abspath $(SANITIZE))/lmp PERIDEM_LMP=$(abspath $(SANITIZE))/lmp \
 	  LD_PRELOAD="$$(for name in asan ubsan stdc++; do $(CXX) -print-file-name=lib$$name.so; done | xargs)" \
-	  ASAN_OPTIONS=detect_leaks=0 UBSAN_OPTIONS=print_stacktrace=1 PERIDEM_TESTS_MUST_RUN=1 \
+	  ASAN_OPTIONS=detect_leaks=0:suppressions=$(abspath tests/sanitize.supp) UBSAN_OPTIONS=print_stacktrace=1 PERIDEM_TESTS_MUST_RUN=1 \
 	  $(abspath $(python)) -m pytest tests/unit tests/fuzz tests/parallel -m 'not slow' $(PYTEST_ARGS)
 
 build: $(BUILD)/configured ## build/lmp and build/liblammps.so with PERIDEM, and .venv with the lammps module

@@ -143,6 +143,10 @@ void AtomVecPeridem::data_atom_post(int ilocal)
     error->one(FLERR, "Node {} in Atoms section of data file has density {}: it must be > 0",
                atom->tag[ilocal], density[ilocal]);
 
+  if (atom->molecule[ilocal] < 0)
+    error->one(FLERR, "Node {} in Atoms section of data file has molecule-ID {}: it must be >= 0",
+               atom->tag[ilocal], atom->molecule[ilocal]);
+
   rmass[ilocal] = mass_seen[ilocal] = mass(density[ilocal], vfrac[ilocal]);
   if (!with_reference)
     for (int k = 0; k < 3; k++) x0[ilocal][k] = atom->x[ilocal][k];

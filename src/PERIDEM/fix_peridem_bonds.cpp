@@ -39,6 +39,9 @@
 using namespace LAMMPS_NS;
 using namespace FixConst;
 
+// times the longest edge of the box: no grain is larger than that
+static constexpr double DWARFS = 1000.0;
+
 // positions that decide on the ghost cutoff may be one step old
 static constexpr double STEP_MARGIN = 1.02;
 
@@ -47,9 +50,6 @@ static constexpr double GROWTH = 1.25;
 
 // part of its length to which a bond may be compressed without a warning
 static constexpr double CRUSHED = 0.25;
-
-// relative difference of weighted volumes that is not rounding
-static constexpr double CHANGED = 1.0e-9;
 
 /* ---------------------------------------------------------------------- */
 
@@ -132,8 +132,6 @@ int FixPeridemBonds::setmask()
 void FixPeridemBonds::init()
 {
   said_compressed = false;
-  find_solids();
-  watch_rerun();
 
   // what happens before nodes migrate must happen before any other fix migrates them
 
@@ -150,6 +148,7 @@ void FixPeridemBonds::init()
   const auto adapts = modify->get_fix_by_style("^peridem/adapt$");
   adapt = adapts.empty() ? nullptr : dynamic_cast<const FixPeridemAdapt *>(adapts[0]);
 
+  find_solids();
   check_laws();
   weights_stale = true;
   natoms_seen = -1;
@@ -160,6 +159,7 @@ void FixPeridemBonds::init()
     for (int j = i; j <= ntypes; j++)
       if (const auto *mat = material(i, j))
         need = MAX(need, mat->horizon * (1.0 + 2.0 * PeridemFamilies::SLACK));
+  check_unit(need);
   if (longest > 0.0) need = MAX(need, longest + MIN(neighbor->skin, longest));
   require_ghost_cutoff(need, true);
 
@@ -174,25 +174,17 @@ void FixPeridemBonds::init()
 }
 
 /* ----------------------------------------------------------------------
-   "rerun" initialises fixes for every snapshot, but pair styles once
+   a horizon that dwarfs the box is a wrong unit, and more ghosts than LAMMPS can count
 ------------------------------------------------------------------------- */
 
-void FixPeridemBonds::watch_rerun()
+void FixPeridemBonds::check_unit(double horizon) const
 {
-  int count = 0;
-  bool breakable = false;
-  for (const auto *solid : solids) {
-    count += solid->init_count();
-    for (int i = 1; i <= atom->ntypes; i++)
-      if (solid->covers(i)) breakable = breakable || std::isfinite(solid->material(i, i).s0);
-  }
-  const bool again = count == solids_inits;
-  if (again && !said_rerun && breakable && comm->me == 0)
-    error->warning(FLERR,
-                   "Rerun: bonds break where a snapshot shows them beyond their critical stretch; "
-                   "those that broke between snapshots and closed again hold");
-  said_rerun = again;
-  solids_inits = count;
+  const double box = MAX(MAX(domain->xprd, domain->yprd), domain->zprd);
+  if (horizon > DWARFS * box)
+    error->all(
+        FLERR, Error::NOLASTLINE,
+        "The horizon is {:.6g} and the box only {:.6g} long: is that the right unit of length?",
+        horizon, box);
 }
 
 /* ----------------------------------------------------------------------
@@ -647,21 +639,32 @@ void FixPeridemBonds::build_families()
 }
 
 /* ----------------------------------------------------------------------
+   number of these nodes in each grain, over all ranks; grain IDs may be as large as they like
+------------------------------------------------------------------------- */
+
+std::map<tagint, bigint> FixPeridemBonds::grain_sizes(const std::vector<int> &nodes) const
+{
+  std::map<tagint, bigint> mine;
+  for (int i : nodes) mine[atom->molecule[i]]++;
+  std::vector<tagint> list;
+  for (const auto &grain : mine) {
+    list.push_back(grain.first);
+    list.push_back(static_cast<tagint>(grain.second));
+  }
+  const auto all = gather(list);
+  std::map<tagint, bigint> sizes;
+  for (std::size_t m = 0; m < all.size(); m += 2) sizes[all[m]] += all[m + 1];
+  return sizes;
+}
+
+/* ----------------------------------------------------------------------
    say what was built; a node of a larger grain without a family is a mistake in the input
 ------------------------------------------------------------------------- */
 
 void FixPeridemBonds::check_families(const std::vector<int> &fresh)
 {
   const tagint *const mol = atom->molecule;
-
-  // nodes of every new grain, over all ranks
-
-  tagint maxmol = 0, maxmol_all;
-  for (int i : fresh) maxmol = MAX(maxmol, mol[i]);
-  MPI_Allreduce(&maxmol, &maxmol_all, 1, MPI_LMP_TAGINT, MPI_MAX, world);
-  std::vector<int> size(maxmol_all + 1, 0);
-  for (int i : fresh) size[mol[i]]++;
-  MPI_Allreduce(MPI_IN_PLACE, size.data(), static_cast<int>(size.size()), MPI_INT, MPI_SUM, world);
+  const auto size = grain_sizes(fresh);
 
   bigint sums[4] = {0, 0, 0, 0};    // nodes, bonds, lonely nodes of grains with others, cut bonds
   int extremes[2] = {-MAXSMALLINT, 0};
@@ -672,7 +675,7 @@ void FixPeridemBonds::check_families(const std::vector<int> &fresh)
     sums[3] += nref[i] - num[i];
     extremes[0] = MAX(extremes[0], -nref[i]);
     extremes[1] = MAX(extremes[1], nref[i]);
-    if (nref[i] == 0 && size[mol[i]] > 1) {
+    if (nref[i] == 0 && size.at(mol[i]) > 1) {
       sums[2]++;
       first_lonely = MIN(first_lonely, atom->tag[i]);
     }
@@ -689,14 +692,11 @@ void FixPeridemBonds::check_families(const std::vector<int> &fresh)
         "{}): the horizon must be larger than the node spacing, usually 3 times",
         sums[2], first_lonely);
   if (comm->me == 0 && sums[0]) {
-    const auto grains = std::count_if(size.begin(), size.end(), [](int n) {
-      return n > 0;
-    });
     utils::logmesg(
         lmp,
         "PERIDEM: {} nodes in {} grains, {} bonds; families of {} to {} nodes, {:.1f} on "
         "average\n",
-        sums[0], grains, sums[1] / 2, -extremes[0], extremes[1],
+        sums[0], size.size(), sums[1] / 2, -extremes[0], extremes[1],
         static_cast<double>(sums[1]) / sums[0]);
     if (!cuts.empty())
       utils::logmesg(lmp, "PERIDEM: {} bonds are cut from the start\n", sums[3] / 2);
@@ -714,8 +714,9 @@ void FixPeridemBonds::build_local()
   int longest_row = 0;
   bool in_order = true;
   for (int i = 0; i < nlocal; i++) {
+    if (num[i] <= 0) start[i] = total;    // without a solid nodes have no families: num is -1
     in_order = in_order && start[i] == total;
-    total += num[i];
+    total += MAX(num[i], 0);
     longest_row = MAX(longest_row, num[i]);
   }
   in_order = in_order && total == static_cast<bigint>(ptag.size());
@@ -725,6 +726,7 @@ void FixPeridemBonds::build_local()
     std::vector<double> new_length(total), new_weight(total);
     bigint at = 0;
     for (int i = 0; i < nlocal; i++) {
+      if (num[i] <= 0) continue;
       std::copy_n(ptag.begin() + start[i], num[i], new_ptag.begin() + at);
       std::copy_n(length.begin() + start[i], num[i], new_length.begin() + at);
       std::copy_n(weight.begin() + start[i], num[i], new_weight.begin() + at);
@@ -754,7 +756,6 @@ void FixPeridemBonds::map_partners()
   const bool periodic = domain->xperiodic || domain->yperiodic ||
       (domain->dimension == 3 && domain->zperiodic);
   const int *const type = atom->type;
-  const tagint *const molecule = atom->molecule;
   mixed.assign(atom->nlocal, 0);
   for (int i = 0; i < atom->nlocal; i++) {
     for (bigint k = start[i]; k < start[i] + num[i]; k++) {
@@ -763,11 +764,6 @@ void FixPeridemBonds::map_partners()
       if (periodic) j = domain->closest_image(i, j);
       partner[k] = j;
       if (type[j] != type[i]) mixed[i] = 1;
-      if (molecule[j] != molecule[i])
-        error->one(FLERR,
-                   "Nodes {} and {} are bonded, but now they are of grains {} and {}: molecule-IDs "
-                   "cannot change while bonds hold",
-                   atom->tag[i], atom->tag[j], molecule[i], molecule[j]);
     }
   }
   flag_rigid();
@@ -816,8 +812,7 @@ void FixPeridemBonds::compute_weights()
   cellsize.resize(nall);
   for (int i = 0; i < nall; i++) cellsize[i] = cell_size(i);
 
-  for (int i = 0; i < nlocal; i++) {
-    double m = 0.0;
+  for (int i = 0; i < nlocal; i++)
     for (bigint k = start[i]; k < start[i] + num[i]; k++) {
       const int j = partner[k];
       const auto *mat = material(type[i], type[j]);
@@ -827,15 +822,7 @@ void FixPeridemBonds::compute_weights()
       const double R = length[k];
       const double h = mat->cell > 0.0 ? mat->cell : 0.5 * (cellsize[i] + cellsize[j]);
       weight[k] = mat->influence(R / mat->horizon) * mat->volume_factor(R, h) * (V[i] * V[j]);
-      m += weight[k] * R * R;
     }
-    if (num[i] == nref[i] && std::fabs(m / V[i] - wvolume[i]) > CHANGED * wvolume[i])
-      error->one(
-          FLERR,
-          "Volumes or types of node {} or of its family have changed since the families were "
-          "built: they cannot, unless fix {} is made anew (unfix {})",
-          atom->tag[i], style, id);
-  }
 }
 
 /* ---------------------------------------------------------------------- */

@@ -23,6 +23,7 @@ FixStyle(peridem/bonds,FixPeridemBonds);
 #include "peridem_influence.h"
 #include "peridem_stability.h"
 
+#include <map>
 #include <utility>
 #include <vector>
 
@@ -119,9 +120,7 @@ class FixPeridemBonds : public Fix {
   int max_family{0};                              // longest reference row of all ranks
   double longest{0.0};                            // longest bond at the last reneighbouring
   bool said_compressed{false};                    // in this run
-  bool said_rerun{false};
-  int solids_inits{-1};        // how often the solids had been initialised when this fix was
-  double cutghost_set{0.0};    // ghost cutoff that this fix has asked for
+  double cutghost_set{0.0};                       // ghost cutoff that this fix has asked for
   bigint natoms_seen{-1}, natoms_mapped{0};
   bool weights_stale{true};
   int rigid_bits{0};    // groups of fixes that move rigid bodies
@@ -133,7 +132,6 @@ class FixPeridemBonds : public Fix {
   double cell_size(int i) const;
   void parse(int, char **);
   void find_solids();
-  void watch_rerun();
   void check_laws();
   void require_ghost_cutoff(double, bool at_init);
   void reconcile();
@@ -146,6 +144,8 @@ class FixPeridemBonds : public Fix {
   void remove_row_entry(int i, tagint jtag);
   void build_if_new_nodes();
   void build_families();
+  std::map<tagint, bigint> grain_sizes(const std::vector<int> &) const;
+  void check_unit(double horizon) const;
   void check_families(const std::vector<int> &fresh);
   void build_local();
   void compute_weights();

@@ -30,7 +30,6 @@ PairStyle(peridem/contact,PairPeridemContact);
 
 namespace LAMMPS_NS {
 
-class FixPeridemAdapt;
 class FixPeridemBonds;
 class FixPeridemHistory;
 
@@ -119,8 +118,6 @@ class PairPeridemContact : public Pair {
   bool advance{true};
 
   PeridemGrains::Extremes extremes;
-  FixPeridemAdapt *adapt{nullptr};
-  double lightest(int itype) const;
 
   // contacts of this step that lose energy by restitution
   struct Impact {

@@ -37,6 +37,9 @@ using namespace LAMMPS_NS;
 // more ranks share a large grain
 static constexpr double BLOCK = 8.0;
 
+// blocks are numbered by whole numbers in doubles: there are no neighbours beyond this one
+static constexpr double COUNTABLE = 1.0e15;
+
 // Influence times partial volume below which a pair is no bond: it would carry no force, and yet
 // keep its nodes from touching. On lattices the linear influence function is 0, to the last digit,
 // for nodes exactly on the horizon.
@@ -150,6 +153,12 @@ void PeridemFamilies::send_images(int i, std::vector<std::vector<double>> &outgo
         bool near_box = true;
         for (int k = 0; k < dim; k++) {
           const double P = X[k] + node.shift[k];
+          if (std::fabs(P) > COUNTABLE * edge)
+            error->one(
+                FLERR,
+                "Node {} of grain {} is at {:.6g}, too far away to be counted in horizons of "
+                "{:.6g}: is that the right unit of length?",
+                atom->tag[i], atom->molecule[i], P, reach);
           if (P < lo[k] - reach || P > hi[k] + reach) near_box = false;
           begin[k] = std::floor((P - reach) / edge);
           end[k] = std::floor((P + reach) / edge);

@@ -150,6 +150,33 @@ def test_horizon_smaller_than_the_node_spacing_counts_and_names_the_lonely_nodes
     )
 
 
+def test_horizon_absurdly_small(simulation):
+    """Blocks of horizons cannot be counted any more: once an endless loop."""
+    sim = grain(simulation).commands("pair_style peridem/lps")
+    sim.commands("pair_coeff * * bulk 3.0 shear 1.2 horizon 1e-30 unbreakable")
+    fails(sim, "run 0 post no", "too far away to be counted in horizons of 1e-30")
+
+
+def test_horizon_absurdly_large(simulation):
+    """More ghosts than LAMMPS can count: once an abort of MPI without a message."""
+    sim = grain(simulation).commands("pair_style peridem/lps")
+    sim.commands("pair_coeff * * bulk 3.0 shear 1.2 horizon 1e30 unbreakable")
+    fails(
+        sim,
+        "run 0 post no",
+        "The horizon is 1e+30 and the box only 13 long: is that the right unit",
+    )
+
+
+def test_a_bonds_fix_without_a_solid_says_so_and_runs(simulation):
+    one = cloud(lattice((4, 4)), dimension=2)
+    sim = simulation().load(one, dimension=2)
+    sim.commands("pair_style peridem/contact\npair_coeff * * radius 0.9 stiffness 5")
+    sim.commands("fix bonds all peridem/bonds\nfix motion all nve\nrun 5 post no")
+    assert np.all(sim.atoms("f") == 0.0)
+    assert "no pair style of a peridem solid is defined, so no bonds" in sim.printed()
+
+
 def test_only_the_nodes_left_without_a_family_are_counted(simulation):
     x = np.array([[0.0, 0], [1, 0], [2, 0], [9, 0]])
     one = cloud(x, dimension=2)
@@ -198,6 +225,21 @@ def test_volume_not_positive_in_a_data_file(volume, simulation):
 def test_density_not_positive_in_a_data_file(density, simulation):
     sim, script = one_line(simulation, f"2 1 1 1.0 {density} 6 5 5")
     fails(sim, script, "Node 2 in Atoms section of data file has density")
+
+
+def test_negative_molecule_in_a_data_file(simulation):
+    sim, script = one_line(simulation, "2 -1 1 1.0 2.0 6 5 5")
+    fails(sim, script, "Node 2 in Atoms section of data file has molecule-ID -1: it must be >= 0")
+
+
+def test_the_largest_molecule_ids_are_no_larger_a_table(simulation):
+    """Once a table by molecule-ID was made: it could not hold this one."""
+    one = cloud(lattice((4, 4)), molecule=np.repeat([7, 2147483647], 8), dimension=2)
+    sim = simulation().load(one, dimension=2)
+    sim.commands(
+        f"pair_style peridem/lps\npair_coeff * * {GOOD}\nfix motion all nve\nrun 0 post no"
+    )
+    assert "16 nodes in 2 grains" in sim.printed()
 
 
 @pytest.mark.parametrize(
