@@ -11,7 +11,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from support.clouds import ragged
+from support.clouds import cloud, disc, join, ragged, rotated
 from support.heaps import (
     REBUILD,
     RESTITUTION,
@@ -277,3 +277,41 @@ def test_walls_push_and_report_the_same_on_any_number_of_ranks(words, mpi, rng):
         np.testing.assert_allclose(
             reported, wall, rtol=0, atol=1e-9 * np.abs(wall).max(), err_msg=str(key)
         )
+
+
+def test_a_collision_of_whole_grains_is_the_same_on_any_number_of_ranks(mpi):
+    """Faces of the ranks between the discs and through them; contacts open and close."""
+    solid = replace(SOLIDS[2], s0=np.inf)
+    parts = [
+        cloud(rotated(disc(4.2), 0.1 + 0.3 * k) + np.array([9.6 * k, 1.5 * k, 0]), dimension=2)
+        for k in (0, 1)
+    ]
+    parts[1].molecule[:] = 2
+    for part, speed in zip(parts, (0.1, -0.1), strict=True):
+        part.v[:, 0] = speed
+    one = join(*parts, margin=20)
+    one.write(mpi.folder / "discs.data")
+    ends = {}
+    for ranks, grid in ((1, "1 1 1"), (2, "2 1 1"), (4, "2 2 1"), (4, "4 1 1")):
+        script = header(one, "discs.data", dimension=2, extra=f"processors {grid}")
+        script += f"""
+            pair_style hybrid/overlay peridem/lps peridem/contact
+            pair_coeff * * peridem/lps {lps_words(solid)}
+            pair_coeff * * peridem/contact radius 0.95 modulus 3 restitution 0.5
+            fix floor all peridem/wall plane 0 -5.3 0 0 1 0 restitution 0.5
+            fix weight all gravity 0.001 vector 0 -1 0
+            fix motion all nve
+            timestep 0.05
+            run 1200 post no
+            write_dump all custom end.last id x y z vx vy vz modify format float %.17g
+            """
+        mpi(script, ranks)
+        (frame,) = read_dump(mpi.folder / "end.last")
+        ends[ranks, grid] = frame["x y z"], frame["vx vy vz"]
+    x, v = ends.pop((1, "1 1 1"))
+    right = one.molecule == 2
+    assert v[right].mean(axis=0)[0] > -0.02  # they have met
+    for key, (other, velocity) in ends.items():
+        # 1200 steps of rounding
+        np.testing.assert_allclose(other, x, rtol=0, atol=1e-10, err_msg=str(key))
+        np.testing.assert_allclose(velocity, v, rtol=0, atol=1e-10, err_msg=str(key))

@@ -468,3 +468,37 @@ def test_a_grain_that_is_a_sieve_for_another_is_warned_about(ratio, warns, simul
     message = "WARNING: The contact distance of types 1 2 is 0.95, but nodes of type 1 are up to 30"
     assert text.count(message) == int(warns)
     assert ("other nodes fit through" in text) == warns
+
+
+def test_a_held_grain_without_a_solid_is_a_wall_that_reports_its_force(simulation):
+    """No bonds for its nodes; ``fix setforce`` gives what the grain on it presses with."""
+    row = lattice((8, 1), 0.8)
+    grain = lattice((3, 3)) + np.array([0.1, 1.8, 0])
+    one = join(cloud(row, dimension=2, types=2), cloud(grain, dimension=2, molecule=2), margin=20)
+    sim = simulation().load(one, dimension=2)
+    sim.commands(
+        f"""
+        pair_style hybrid/overlay peridem/lps peridem/contact
+        pair_coeff 1 1 peridem/lps {SOFT} unbreakable
+        pair_coeff * * peridem/contact radius 0.9 modulus 2 friction 0.3
+        group held type 2
+        group loose type 1
+        fix hold held setforce 0 0 0
+        fix motion loose nve
+        compute node all peridem/atom bonds
+        thermo_style custom step f_hold[2]
+        run 0 post no
+        """
+    )
+    bonds = sim.compute("node")
+    assert np.all(bonds[one.types == 2] == 0)
+    assert np.all(bonds[one.types == 1] > 0)
+    pressed = sim.atoms("f")[one.types == 1].sum(axis=0)
+    reported = sim.fix_vector("hold", 3)
+    assert pressed[1] > 0.1
+    # sums of a dozen forces of the order of 1
+    np.testing.assert_allclose(reported, -pressed, rtol=0, atol=1e-12)
+    assert np.all(sim.atoms("f")[one.types == 2] == 0)
+    sim.commands("timestep 0.01\nrun 500 post no")
+    np.testing.assert_array_equal(sim.atoms("x")[one.types == 2], row)
+    assert sim.atoms("v")[one.types == 1][:, 1].mean() > 0.0  # it was thrown up

@@ -207,3 +207,49 @@ def test_springs_at_a_wall_come_back_from_a_restart(simulation):
     np.testing.assert_allclose(again.atoms("f"), sim.atoms("f"), rtol=1e-12, atol=1e-14)
     # 70 steps of 0.2 dt in all
     assert again.atoms("f")[0, 0] == pytest.approx(RATIO * 5.0 * 0.2 * DT * 70, rel=1e-9)
+
+
+@pytest.mark.parametrize("axis", [(0, 0, 1), (1, 0, 1)])
+def test_the_spring_turns_with_the_pair_and_reverses_after_any_turn(axis, simulation):
+    """Node 2 circles about node 1, past the limit and through a large angle, then back.
+
+    Where it turns round the spring is at its limit whatever way it points by then; going back it
+    unloads with k_t times the way, and reaches the limit of the other sign.
+    """
+    axis = np.asarray(axis) / np.linalg.norm(axis)
+    one = cloud([[0, 0, 0], 0.6 * np.cross(axis, [0, 1, 0])], molecule=[1, 2])
+    one.x[1] *= 0.6 / np.linalg.norm(one.x[1])
+    one.reference[:] = one.x
+    limit, kt, rate = MU * NORMAL, RATIO * 5.0, 0.4
+    sim = simulation().load(one)
+    sim.commands(
+        f"""
+        pair_style peridem/contact
+        pair_coeff * * {WORDS}
+        group circling id 2
+        timestep {DT}
+        """
+    )
+
+    def turned(sign: int, angle: float) -> float:
+        """Force along the way forward, after going on by an angle."""
+        centre_and_axis = f"0 0 0 {' '.join(number(sign * a) for a in axis)}"
+        sim.commands(
+            f"""
+            fix circle circling move rotate {centre_and_axis} {number(2 * np.pi / rate)}
+            run {round(angle / rate / DT)} post no
+            unfix circle
+            """
+        )
+        x, f = sim.atoms("x"), sim.atoms("f")
+        n = (x[1] - x[0]) / np.linalg.norm(x[1] - x[0])
+        forward = np.cross(axis, n)
+        # all of it in the plane of the circle: the spring has turned with the pair
+        assert f[1] @ axis == pytest.approx(0.0, abs=1e-9)
+        return float(f[1] @ forward)
+
+    assert turned(1, 2.6) == pytest.approx(-limit, rel=1e-9)
+    # one step is 0.6 rate DT = 0.0024 of way and 0.006 of force
+    assert turned(-1, 0.2) == pytest.approx(-limit + kt * 0.6 * 0.2, abs=0.01)
+    assert turned(-1, 0.3) == pytest.approx(-limit + kt * 0.6 * 0.5, abs=0.01)
+    assert turned(-1, 2.0) == pytest.approx(limit, rel=1e-9)
