@@ -16,7 +16,7 @@ from peridem import __version__
 from peridem.loads import NODE_VALUES, Nodes, ranges
 from peridem.material import AnyMaterial, Contact, Inert, bulk_of
 from peridem.regions import numbers
-from peridem.walls import AnyWall, Wall
+from peridem.walls import AnyWall, RegionWall, Wall
 
 if TYPE_CHECKING:
     from peridem.scene import Scene
@@ -354,6 +354,8 @@ def _recorded(scene: Scene) -> tuple[list[str], list[str]]:
             lines += _travel(scene, wall)
     for thing in (*scene.walls, *scene.motions):
         names += [f"f_{thing.name}[{k}]" for k in range(1, d + 1)]
+        if isinstance(thing, RegionWall) and thing.rotation is not None:
+            names.append(f"f_{thing.name}[6]")  # torque about the axis z
     if names:
         names.insert(0, "v_now")
         lines.insert(0, "variable now equal time")
@@ -413,16 +415,12 @@ def _run(scene: Scene, total: int, frame: int) -> list[str]:
 
 
 def _half_a_step(scene: Scene) -> list[str]:
-    driven = " ".join(motion.name for motion in scene.motions)
     axes = "xyz"[: scene.dimension]
-    group = "all"
-    lines = [
-        "# symplectic Euler (v += dt f/m, then x += dt v) is velocity Verlet with velocities that",
-        "# start half a step ahead",
-    ]
-    if driven:
-        lines.append(f"group           kicked subtract all {driven}")
-        group = "kicked"
-    lines += [f"variable kick_{k} atom v{k}+0.5*dt*f{k}/mass" for k in axes]
     words = " ".join([*(f"v_kick_{k}" for k in axes), "NULL"][:3])
-    return [*lines, "run             0", f"velocity        {group} set {words}"]
+    return [
+        "# symplectic Euler (v += dt f/m, then x += dt v) is velocity Verlet with velocities that",
+        "# start half a step ahead; where the motion is prescribed there is no force",
+        *(f"variable kick_{k} atom v{k}+0.5*dt*f{k}/mass" for k in axes),
+        "run             0",
+        f"velocity        all set {words}",
+    ]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -27,6 +28,7 @@ Array = NDArray[np.float64]
 ATTRIBUTES = {"Boundary_Node_Flag": ("surface",), "Strain_Stress": ("sxx", "syy", "sxy")}
 COLUMNS = {"Force": ("fx", "fy"), "Force_Density": ("fx", "fy")}
 ALWAYS = ("Displacement", "Velocity", "Damage_Z", "Damage", "Theta", "Zone_ID", "Particle_ID")
+MOST_SIZES = 16  # of particles of a zone that get a type each
 TOO_LONG = 10.0  # a published step so much above the stable one is not taken
 
 
@@ -52,6 +54,30 @@ class Plan:
     def dimension(self) -> int:
         """2 or 3."""
         return self.model.dimension
+
+    @cached_property
+    def spacings(self) -> list[float]:
+        """Node spacing of each particle, for the taper; many different ones gathered in classes.
+
+        Each is an atom type of its own, and pairs of types have a contact law each.
+        """
+        found = [body.spacing for body in self.bodies]
+        for number in {body.zone.number for body in self.bodies}:
+            mine = [k for k, body in enumerate(self.bodies) if body.zone.number == number]
+            values = np.array([found[k] for k in mine])
+            if len(np.unique(values)) <= MOST_SIZES:
+                continue
+            low, high = float(values.min()), float(values.max())
+            width = (high - low) / MOST_SIZES
+            place = np.minimum((values - low) // width, MOST_SIZES - 1)
+            for k, at in zip(mine, place, strict=True):
+                found[k] = low + (float(at) + 0.5) * width
+            self.report.add(
+                self.specs[number - 1].block.place(),
+                f"{len(np.unique(values))} sizes of particles: their tapers are taken in "
+                f"{MOST_SIZES} classes, at most {0.5 * width / low:.1%} off",
+            )
+        return found
 
     def prescribed(self, k: int) -> bool:
         """Whether the whole motion of particle k is prescribed."""
@@ -224,7 +250,8 @@ def _material(plan: Plan, k: int) -> AnyMaterial:
         name = f"{spec.name}_body" if _mixed(plan, body.zone.number) else spec.name
         return Inert(spec.density, name, spec.bulk or None)
     if plan.as_published:
-        return solids.published(spec, body.spacing, plan.dimension, plan.specs[0].weight)
+        spacing = plan.spacings[k]
+        return solids.published(spec, spacing, plan.dimension, plan.specs[0].weight)
     return solids.right(spec, body.spacing, plan.dimension)
 
 
