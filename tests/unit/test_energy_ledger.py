@@ -496,3 +496,31 @@ print "{totals}" file books{ranks}.txt
     for other in others:
         # 200 steps of rounding, magnified by collisions (see test_decomposition)
         np.testing.assert_allclose(other, alone, rtol=0, atol=1e-9 * largest)
+
+
+def test_books_go_on_after_a_restart_on_other_ranks(mpi):
+    """Totals of all ranks are in the file, and the first rank goes on with them."""
+    solid = replace(SOLID, s0=0.05)
+    contact = "friction 0.4 tangential regularised 1.0 damping 0.5"
+    fixes = f"fix floor all peridem/wall plane 0 -20 0 0 1 0 velocity 0 1 0\n{NVE}"
+    one = two_discs(offset=0.7, speed=0.4)
+    one.write(mpi.folder / "discs.data")
+    page = 'print "BOOKS $(c_books[3]) $(c_books[4]) $(c_books[5]) $(c_books[6]) $(c_books[8])"\n'
+    output = (
+        "compute books all peridem/energy\ntimestep 0.01\nthermo_style custom step c_books[*]\n"
+    )
+    first = header(one, "discs.data", dimension=2) + styles(solid, contact) + fixes + "\n" + output
+    texts = [mpi(first + f"run 1700 post no\n{page}write_restart books.restart", 2).stdout]
+    again = RESTART.format(folder=".", solid=lps_words(solid), contact=contact, more="")
+    texts += [mpi(f"{again}run 0 post no\n{page}", ranks).stdout for ranks in (1, 4)]
+    pages = [
+        np.array(line.split()[1:], float)
+        for text in texts
+        for line in text.splitlines()
+        if line.startswith("BOOKS")
+    ]
+    assert len(pages) == 3
+    assert np.all(pages[0][[0, 1, 2, 3]] > 0.0)
+    for page_read in pages[1:]:
+        # sums of nodes in another order, printed with 15 digits
+        np.testing.assert_allclose(page_read, pages[0], rtol=1e-9, atol=1e-11)
