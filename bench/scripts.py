@@ -68,7 +68,8 @@ def packed_grains(count: int, folder: Path, clouds: list[Cloud] | None = None) -
     """
     clouds = two_shapes() if clouds is None else clouds
     columns = max(2, round(np.sqrt(count)))
-    pitch = 2 * RADIUS + 0.98 * 0.95 * min(one.spacing for one in clouds)
+    reach = 0.95 * min(one.spacing for one in clouds)
+    pitch = 2 * RADIUS + 0.99 * reach
     rng = np.random.default_rng(5)
     rows, lines = [], []
     for number in range(count):
@@ -85,7 +86,7 @@ def packed_grains(count: int, folder: Path, clouds: list[Cloud] | None = None) -
         ]
     nodes = np.concatenate(rows)
     low, high = nodes.min(axis=0) - 5 * GAP, nodes.max(axis=0) + 5 * GAP
-    header = f"""grains in rows
+    header = f"""grains in rows, contact radius {reach:.17g}
 
 {len(lines)} atoms
 {len(clouds)} atom types
@@ -133,7 +134,8 @@ def compression(
     text = data.read_text()
     bounds = {line.split()[2]: line.split()[:2] for line in text.splitlines()[4:7]}
     (left, right), (floor, lid) = bounds["xlo"], bounds["ylo"]
-    reach = 5 * GAP - 0.9 * 0.95 * GAP
+    radius = float(text.splitlines()[0].split()[-1])
+    reach = 5 * GAP - 1.01 * radius
     return f"""
 units si
 dimension 2
@@ -143,7 +145,7 @@ neighbor {0.3 * GAP} bin
 read_data {data.resolve()}
 pair_style hybrid/overlay {_solid(engine)} peridem/contact
 pair_coeff * * peridem/lps bulk 21.6e6 poisson 0.25 gc 50 horizon {GRAIN_HORIZON}
-pair_coeff * * peridem/contact {contact}
+pair_coeff * * peridem/contact radius {radius} {contact}
 fix floor all peridem/wall plane 0 {float(floor) + reach} 0  0 1 0
 fix left all peridem/wall plane {float(left) + reach} 0 0  1 0 0
 fix right all peridem/wall plane {float(right) - reach} 0 0  -1 0 0

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import signal
 import sys
 from collections.abc import Sequence
 from pathlib import Path
@@ -12,98 +13,108 @@ from peridem import __version__
 EXAMPLES = """\
 examples:
   peridem mesh hexagon --radius 1e-3 --spacing 2e-4 -o hexagon.msh
-  peridem run out/demo -np 2          run the input script of a folder on two processes
-  peridem plot out/demo               wall pressure against penetration: out/demo/stress.png
-  peridem render out/demo --pvd       out/demo/grains.png, and grains.pvd for ParaView
+  peridem run deck.yaml -np 2         read a PeriDEM deck, run it in out/deck
+  peridem info out/deck               what is there, and how the run went
+  peridem render out/deck --pvd       out/deck/grains.png, and grains.pvd for ParaView
+
+exit status:
+  0  done
+  1  wrong input: a file, a key or a value; one line says which
+  2  wrong command line
+  3  LAMMPS could not be started, or failed; its message and the line of the script are shown
+  130, 143  stopped by Ctrl-C (or the file 'stop'), by SIGTERM; 'peridem run --resume' goes on
 
 'peridem COMMAND --help' shows the options of a command.
+"""
+RUN = """\
+examples:
+  peridem run in.grains -np 2         an input script, on two processes
+  peridem run scene.py                a scene: what make_scene() returns, run in out/scene
+  peridem run deck.yaml -o out/small --as-published
+  peridem run in.grains --lmp lmp --var name value --quiet
+  peridem run in.grains --checkpoint 1000
+  mpirun -np 2 peridem run in.grains --in-process
+
+Ctrl-C and SIGTERM stop a run within some steps and write NAME.restart; a second Ctrl-C ends it at
+once. A file named 'stop' in the folder does the same as the first. Then
+  peridem run in.grains --resume
+goes on, with output appended. With --checkpoint N the run is cut in pieces of N steps, with a
+restart file after each, and one that goes on equals one that was never stopped bit for bit.
+"""
+CONVERT = """\
+examples:
+  peridem convert deck.yaml -o out/deck
+  peridem convert deck.yaml -o out/asis --as-published
+  peridem convert scene.py -o out/scene
+"""
+MESH = """\
+examples:
+  peridem mesh drum --radius 1e-3 --spacing 2e-4 -o drum.msh
+  peridem mesh sphere --spacing 4e-4 -o sphere.vtu
+  peridem mesh drum.msh               check a mesh, and say what it holds
+"""
+PLOT = """\
+examples:
+  peridem plot out/scene                         wall pressure against penetration
+  peridem plot out/scene --wall lid -o lid.png
+  peridem plot out/scene --thermo c_damage KinEng  columns of the log against time
+  peridem plot out/scene --fragments             sizes of fragments at four times
+"""
+RENDER = """\
+examples:
+  peridem render out/scene                       four times, side by side
+  peridem render out/scene --frames 0 2 -1       the first, the third and the last dump
+  peridem render out/scene --field speed --colours magma
+  peridem render out/scene --field grain --chains -o chains.png
+  peridem render out/scene --film grains.mp4 --rate 10
+  peridem render out/scene --pvd                 a .pvd file for ParaView as well
+  peridem render out/scene --list                which fields there are
+
+OVITO opens the dumps as they are: File, Load File, grains.dump; the columns keep their names.
+"""
+INFO = """\
+examples:
+  peridem info out/scene
+  peridem info out/scene/grains.dump
+  peridem info deck.yaml
 """
 
 
 def parser() -> argparse.ArgumentParser:
     """The command line."""
     about = "Granular scenes for LAMMPS with the PERIDEM package."
-    main_parser = _parser("peridem", about, EXAMPLES)
+    main_parser = argparse.ArgumentParser(
+        prog="peridem",
+        description=about,
+        epilog=EXAMPLES,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
     main_parser.add_argument("--version", action="version", version=f"peridem {__version__}")
     commands = main_parser.add_subparsers(dest="command", required=True, metavar="COMMAND")
-
-    mesh = _command(
-        commands,
-        "mesh",
-        "mesh a named shape, or check a mesh file",
-        "examples:\n"
-        "  peridem mesh drum --radius 1e-3 --spacing 2e-4 -o drum.msh\n"
-        "  peridem mesh grain.msh              check a mesh, and say what it holds\n",
-    )
-    mesh.add_argument("shape", help="circle, hexagon, triangle, drum, or a mesh file")
-    mesh.add_argument("--radius", type=float, default=1e-3, help="of the circle around it (1e-3)")
-    mesh.add_argument("--spacing", type=float, help="of the nodes (a fifth of the radius)")
-    mesh.add_argument("-o", "--output", type=Path, help="file to write: .msh, .vtu, .inp, ...")
-    mesh.set_defaults(work=_mesh)
-
-    run = _command(
-        commands,
-        "run",
-        "run an input script, with progress and a clean stop on Ctrl-C",
-        "examples:\n"
-        "  peridem run out/demo -np 2\n"
-        "  peridem run in.grains --lmp /opt/lammps/bin/lmp\n"
-        "  mpirun -np 2 peridem run in.grains --in-process\n",
-    )
-    run.add_argument("script", type=Path, help="the script, or its folder")
-    run.add_argument("-np", "--ranks", type=int, default=1, help="MPI processes (1)")
-    run.add_argument("--lmp", type=Path, help="the lmp program")
-    run.add_argument("--in-process", action="store_true", help="with the lammps module")
-    run.add_argument("-q", "--quiet", action="store_true", help="no progress bar")
-    run.set_defaults(work=_run)
-
-    plot = _command(
-        commands,
-        "plot",
-        "plot the pressure on a moving wall against its penetration",
-        "example:\n  peridem plot out/demo -o stress.png\n",
-    )
-    plot.add_argument("folder", type=Path, help="of the run")
-    plot.add_argument("--wall", help="its name, if several move")
-    plot.add_argument("-o", "--output", type=Path, help="picture (FOLDER/stress.png)")
-    plot.set_defaults(work=_plot)
-
-    render = _command(
-        commands,
-        "render",
-        "draw grains coloured by damage; write a time series for ParaView",
-        "examples:\n"
-        "  peridem render out/demo                    four times, side by side\n"
-        "  peridem render out/demo --frames 0 50 -1   the first, the 51st and the last dump\n"
-        "  peridem render out/demo --pvd              a .pvd file as well\n",
-    )
-    render.add_argument("folder", type=Path, help="of the run")
-    render.add_argument("--frames", type=int, nargs="+", help="numbers of dumps (four, spread)")
-    render.add_argument("--top", type=float, default=0.6, help="end of the colour scale (0.6)")
-    render.add_argument("-o", "--output", type=Path, help="picture (FOLDER/grains.png)")
-    render.add_argument("--pvd", action="store_true", help="write FOLDER/grains.pvd too")
-    render.set_defaults(work=_render)
+    for add in (_add_run, _add_convert, _add_mesh, _add_plot, _add_render, _add_info):
+        add(commands)
     return main_parser
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Run the command line; returns the exit status: 0, 1 after an error, 130 when stopped."""
+    """Run the command line; returns the exit status (``peridem --help`` lists them)."""
+    from peridem.run import RunError
+
     options = parser().parse_args(arguments)
     try:
         return int(options.work(options))
+    except RunError as error:
+        print(f"peridem {options.command}: {error}", file=sys.stderr)
+        return 3
     except (ValueError, OSError, RuntimeError, KeyError) as error:
         text = error.args[0] if isinstance(error, KeyError) else error
         print(f"peridem {options.command}: {text}", file=sys.stderr)
         return 1
+    except KeyboardInterrupt:
+        return 128 + signal.SIGINT
 
 
-def _parser(name: str, description: str, examples: str) -> argparse.ArgumentParser:
-    return argparse.ArgumentParser(
-        prog=name,
-        description=description,
-        epilog=examples,
-        formatter_class=argparse.RawDescriptionHelpFormatter,
-    )
+# ---- options -------------------------------------------------------------------------------------
 
 
 def _command(
@@ -121,61 +132,194 @@ def _command(
     )
 
 
-def _mesh(options: argparse.Namespace) -> int:
-    from peridem import cloud, shapes
-
-    named = {s.__name__: s for s in (shapes.circle, shapes.hexagon, shapes.triangle, shapes.drum)}
-    if options.shape in named:
-        outline = named[options.shape](options.radius)
-        made = cloud.mesh(outline, options.spacing or options.radius / 5.0)
-    elif Path(options.shape).suffix:
-        made = cloud.read(options.shape)
-    else:
-        raise ValueError(f"no shape '{options.shape}': {', '.join(named)}, or a mesh file")
-    what = "area" if made.dimension == 2 else "volume"
-    print(
-        f"{made.name}: {len(made.nodes)} nodes ({made.surface.sum()} on the boundary), "
-        f"{len(made.cells)} cells, {what} {made.volumes.sum():.6g}, "
-        f"smallest spacing {made.spacing:.4g}"
+def _add_run(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
+    run = _command(commands, "run", "run a deck, a scene or an input script", RUN)
+    run.add_argument("path", type=Path, help="in.NAME or its folder, a scene (.py), a deck (.yaml)")
+    run.add_argument("-np", "--ranks", type=int, default=1, help="MPI processes (1)")
+    run.add_argument("-o", "--output", type=Path, help="folder for a scene or deck (out/NAME)")
+    run.add_argument("--as-published", action="store_true", help="a deck as PeriDEM computes it")
+    run.add_argument("--resume", action="store_true", help="go on from the newest restart file")
+    run.add_argument("--checkpoint", type=int, metavar="N", help="steps between restart files")
+    run.add_argument("--lmp", type=Path, help="the lmp program")
+    run.add_argument(
+        "--var",
+        nargs=2,
+        action="append",
+        default=[],
+        metavar=("NAME", "VALUE"),
+        help="a variable of the script",
     )
+    run.add_argument("--in-process", action="store_true", help="with the lammps module")
+    run.add_argument("-q", "--quiet", action="store_true", help="no progress bar")
+    run.set_defaults(work=_run)
+
+
+def _add_convert(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
+    convert = _command(commands, "convert", "write the LAMMPS input of a deck or scene", CONVERT)
+    convert.add_argument("path", type=Path, help="a deck (.yaml) or a scene (.py)")
+    convert.add_argument("-o", "--output", type=Path, help="folder (out/NAME)")
+    convert.add_argument("--as-published", action="store_true", help="as PeriDEM computes it")
+    convert.set_defaults(work=_convert)
+
+
+def _add_mesh(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
+    from peridem.shapes import NAMED
+
+    mesh = _command(commands, "mesh", "mesh a named shape, or check a mesh file", MESH)
+    mesh.add_argument("shape", help=f"{', '.join(NAMED)}, or a mesh file")
+    mesh.add_argument("--radius", type=float, default=1e-3, help="of the circle around it (1e-3)")
+    mesh.add_argument("--spacing", type=float, help="of the nodes (a fifth of the radius)")
+    mesh.add_argument("-o", "--output", type=Path, help="file to write: .msh, .vtu, .inp, ...")
+    mesh.set_defaults(work=_mesh)
+
+
+def _add_plot(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
+    plot = _command(commands, "plot", "plot wall pressure, thermo output or fragment sizes", PLOT)
+    plot.add_argument("folder", type=Path, help="of the run")
+    plot.add_argument("--wall", help="its name, if several move")
+    kind = plot.add_mutually_exclusive_group()
+    kind.add_argument("--thermo", nargs="+", metavar="COLUMN", help="columns of the log")
+    kind.add_argument("--fragments", action="store_true", help="grading curves")
+    plot.add_argument("-o", "--output", type=Path, help="picture (FOLDER/stress.png, ...)")
+    plot.set_defaults(work=_plot)
+
+
+def _add_render(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
+    render = _command(commands, "render", "draw grains; write films and ParaView files", RENDER)
+    render.add_argument("folder", type=Path, help="of the run")
+    render.add_argument("--frames", type=int, nargs="+", help="numbers of dumps (four, spread)")
+    render.add_argument("--field", default="damage", help="to colour by (damage)")
+    render.add_argument("--bottom", type=float, help="start of the colour scale")
+    render.add_argument("--top", type=float, help="end of the colour scale (0.6 for damage)")
+    render.add_argument("--colours", default="", help="a colour map of matplotlib")
+    render.add_argument("--chains", action="store_true", help="draw the forces between grains")
+    render.add_argument("--azimuth", type=float, help="of the camera in 3D, degrees (-60)")
+    render.add_argument("--elevation", type=float, help="of the camera in 3D, degrees (20)")
+    render.add_argument("-o", "--output", type=Path, help="picture (FOLDER/grains.png)")
+    render.add_argument("--film", type=Path, help="write a film too: .mp4 or .gif")
+    render.add_argument("--rate", type=float, default=15.0, help="film frames per second (15)")
+    render.add_argument("--pvd", action="store_true", help="write FOLDER/grains.pvd too")
+    render.add_argument("--list", action="store_true", help="list the fields, draw nothing")
+    render.set_defaults(work=_render)
+
+
+def _add_info(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
+    info = _command(commands, "info", "say what a file or a folder holds", INFO)
+    info.add_argument("path", type=Path, help="folder, script, dump, restart, log, mesh, deck, ...")
+    info.set_defaults(work=_info)
+
+
+# ---- work ----------------------------------------------------------------------------------------
+
+
+def _run(options: argparse.Namespace) -> int:
+    from peridem import cli_source, run
+
+    script, said = cli_source.script_of(
+        options.path, options.output, options.as_published, keep=options.resume
+    )
+    for line in said:
+        print(line, file=sys.stderr)
+    words = {
+        "quiet": options.quiet,
+        "resume": options.resume,
+        "checkpoint": options.checkpoint,
+        "variables": dict(options.var),
+    }
+    if options.in_process:
+        report = run.run_in_process(script, **words)
+        from mpi4py import MPI
+
+        if MPI.COMM_WORLD.Get_rank() != 0:
+            return 0
+    else:
+        report = run.run(script, options.ranks, options.lmp, **words)
+    how = "stopped at" if report.stopped else "reached"
+    print(f"{how} step {report.steps} after {report.wall_time:.1f} s, in {script.parent}")
+    if not report.stopped:
+        return 0
+    if report.restart:
+        print(f"{report.restart} is where 'peridem run {options.path} --resume' goes on")
+    return 128 + (report.signal or signal.SIGINT)
+
+
+def _convert(options: argparse.Namespace) -> int:
+    from peridem import cli_source
+
+    folder = cli_source.folder_of(options.path, options.output)
+    script, said = cli_source.convert(options.path, folder, options.as_published)
+    for line in said:
+        print(line, file=sys.stderr)
+    print(f"written to {script}; run it with: peridem run {folder}")
+    return 0
+
+
+def _mesh(options: argparse.Namespace) -> int:
+    from peridem import cli_info, cloud, shapes
+
+    if options.shape not in shapes.NAMED and Path(options.shape).suffix:
+        path = Path(options.shape)
+        made = cloud.read(path)
+    else:
+        spacing = options.spacing or options.radius / 5.0
+        made = cloud.mesh(shapes.named(options.shape, options.radius), spacing)
+    print(cli_info.mesh_line(made))
     if options.output:
         made.write(options.output)
         print(f"written to {options.output}")
     return 0
 
 
-def _run(options: argparse.Namespace) -> int:
-    from peridem import run
-
-    if options.in_process:
-        report = run.run_in_process(options.script, quiet=options.quiet)
-        from mpi4py import MPI
-
-        if MPI.COMM_WORLD.Get_rank() != 0:
-            return 0
-    else:
-        report = run.run(options.script, options.ranks, options.lmp, quiet=options.quiet)
-    how = "stopped at" if report.stopped else "reached"
-    print(f"{how} step {report.steps} after {report.wall_time:.1f} s")
-    return 130 if report.stopped else 0
-
-
 def _plot(options: argparse.Namespace) -> int:
     from peridem import render
 
-    path = options.output or options.folder / "stress.png"
-    print(f"written to {render.stress_png(options.folder, path, options.wall)}")
+    if options.thermo:
+        path = options.output or options.folder / "thermo.png"
+        written = render.thermo_png(options.folder, path, options.thermo)
+    elif options.fragments:
+        path = options.output or options.folder / "fragments.png"
+        written = render.fragments_png(options.folder, path)
+    else:
+        path = options.output or options.folder / "stress.png"
+        written = render.stress_png(options.folder, path, options.wall)
+    print(f"written to {written}")
     return 0
 
 
 def _render(options: argparse.Namespace) -> int:
     from peridem import render
 
+    if options.list:
+        print("\n".join(dict.fromkeys(render.Output(options.folder).fields())))
+        return 0
+    camera = None
+    if options.azimuth is not None or options.elevation is not None:
+        chosen = {"azimuth": options.azimuth, "elevation": options.elevation}
+        camera = render.Camera(**{k: v for k, v in chosen.items() if v is not None})
+    look = {
+        "field": options.field,
+        "bottom": options.bottom,
+        "top": options.top,
+        "colours": options.colours,
+        "chains": options.chains,
+        "camera": camera,
+    }
     path = options.output or options.folder / "grains.png"
-    written = render.grains_png(options.folder, path, options.frames, options.top)
-    print(f"written to {written}")
+    print(f"written to {render.grains_png(options.folder, path, options.frames, **look)}")
+    if options.film:
+        film = render.animation(
+            options.folder, options.film, options.frames, rate=options.rate, **look
+        )
+        print(f"written to {film}")
     if options.pvd:
         print(f"written to {render.pvd(options.folder, options.folder / 'grains.pvd')}")
+    return 0
+
+
+def _info(options: argparse.Namespace) -> int:
+    from peridem import cli_info
+
+    print("\n".join(cli_info.info(options.path)))
     return 0
 
 

@@ -8,18 +8,33 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from peridem.results_contacts import Contacts, Network, contacts, network, wall_forces
 from peridem.results_dump import Dump, Frame
+from peridem.results_fragments import Fragments, fragments, labels
+from peridem.results_output import Output
 from peridem.results_tables import Table, Vectors, averages, thermo, vectors
+from peridem.results_walls import from_contact, wall_stress
 
 __all__ = [
+    "Contacts",
     "Dump",
+    "Fragments",
     "Frame",
+    "Network",
+    "Output",
     "Table",
     "Vectors",
     "averages",
+    "contacts",
+    "fragments",
+    "from_contact",
+    "labels",
+    "network",
     "per_grain",
     "thermo",
     "vectors",
+    "wall_forces",
+    "wall_stress",
 ]
 
 Array = NDArray[np.float64]

@@ -30,7 +30,7 @@ from peridem import run_journal
 from peridem.results_dump import frame_index
 from peridem.run_failure import failure
 from peridem.run_progress import Follower, bar
-from peridem.run_restart import join_dump, trim_dump, trim_table
+from peridem.run_restart import join_dump, restart_step, trim_dump, trim_table
 from peridem.run_script import (
     LOG,
     STOP,
@@ -144,8 +144,7 @@ def run(
         raise ValueError(f"ranks must be at least 1, not {ranks}")
     job = _Job.make(find_script(script).resolve(), resume, checkpoint)
     command = [str(find_lmp(lmp)), "-in", job.copy.name, *_log_words(resume), "-screen", "none"]
-    for name, value in (variables or {}).items():
-        command += ["-var", name, value]
+    command += _variables(variables)
     command, environment = _with_mpi(command, ranks)
     job.write()
     # its own process group: Ctrl-C at the terminal reaches only this process, which passes it on
@@ -174,6 +173,7 @@ def run(
 def run_in_process(
     script: str | Path,
     cmdargs: Sequence[str] = (),
+    variables: dict[str, str] | None = None,
     quiet: bool = False,
     resume: bool = False,
     checkpoint: int | None = None,
@@ -183,6 +183,10 @@ def run_in_process(
     LAMMPS runs in a thread, so that signals and the progress bar are served meanwhile; as with
     :func:`run`, files are looked for and written in the folder of the script. Under ``mpirun``,
     which ends its processes on Ctrl-C without waiting, stop a run with ``touch stop`` there.
+
+    Args:
+        script, variables, quiet, resume, checkpoint: as of :func:`run`.
+        cmdargs: further words for LAMMPS's command line.
 
     Raises:
         RunError: no ``lammps`` module, or LAMMPS failed.
@@ -211,7 +215,7 @@ def run_in_process(
 
     def work() -> None:
         try:
-            words = ["-screen", "none", *_log_words(resume), *cmdargs]
+            words = ["-screen", "none", *_log_words(resume), *_variables(variables), *cmdargs]
             engine = lammps(cmdargs=words)
             try:
                 engine.file(job.copy.name)
@@ -345,9 +349,8 @@ class _Job:
         ended = report.stopped and self._complete()
         self.close("finished" if not report.stopped or ended else "stopped")
         left = self.restart if report.stopped and not ended and self.restart.is_file() else None
-        return RunReport(
-            report.steps, report.wall_time, report.stopped and not ended, report.signal, left
-        )
+        steps = restart_step(left) if left else report.steps
+        return RunReport(steps, report.wall_time, report.stopped and not ended, report.signal, left)
 
     def _complete(self) -> bool:
         return run_journal.read(self.script).state == "complete"
@@ -355,6 +358,10 @@ class _Job:
 
 def _log_words(resume: bool) -> list[str]:
     return ["-log", "none" if resume else LOG]
+
+
+def _variables(variables: dict[str, str] | None) -> list[str]:
+    return [word for name, value in (variables or {}).items() for word in ("-var", name, value)]
 
 
 def _with_mpi(command: list[str], ranks: int) -> tuple[list[str], dict[str, str]]:

@@ -318,7 +318,9 @@ def _output(scene: Scene, frame: int, record: int) -> list[str]:
     lines += [
         f"dump grains all custom {frame} {DUMP} id mol type {place} {speed} "
         f"{' '.join(columns)}{more}",
-        "dump_modify grains sort id",
+        "# nine digits for positions: overlaps of nodes are small differences of them",
+        "dump_modify grains sort id "
+        + " ".join(f"format {k} %.9g" for k in range(4, 4 + scene.dimension)),
     ]
     shown = "step time"
     if columns:

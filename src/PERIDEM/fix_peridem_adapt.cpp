@@ -16,6 +16,7 @@
 #include "fix_peridem_adapt.h"
 
 #include "fix_peridem_bonds.h"
+#include "fix_peridem_timestep.h"
 #include "pair_peridem.h"
 
 #include "atom.h"
@@ -51,6 +52,10 @@ static constexpr double UNBALANCED = 0.2;
 // more than rounding
 static constexpr double CHANGED = 1.0e-9;
 
+// Stable is not exact: the bonds keep the steps of deformable grains short, the collisions of rigid
+// ones are resolved by taking them for lighter than they are, so with twice the steps
+static constexpr double RESOLVED = 4.0;
+
 static constexpr int MAXPATIENCE = 64;
 static constexpr int NTOTALS = 5;    // numbers in a restart file before the grains
 
@@ -62,6 +67,7 @@ FixPeridemAdapt::FixPeridemAdapt(LAMMPS *lmp, int narg, char **arg) : FixNVE(lmp
     error->all(FLERR, 2, "Fix {} requires atom style peridem; the atom style is {}", style,
                atom->get_style());
   time_integrate = 1;
+  nevery = 1;
   vector_flag = peratom_flag = 1;
   size_vector = 7;
   extvector = 0;
@@ -91,19 +97,19 @@ FixPeridemAdapt::~FixPeridemAdapt()
 
 void FixPeridemAdapt::parse(int narg, char **arg)
 {
-  const std::map<std::string, double *> positive = {{"eta", &eta}, {"back", &back},
-                                                    {"stretch", &stretch}, {"relax", &relax},
-                                                    {"sleep", &sleep}};
+  const std::map<std::string, double *> positive = {
+      {"eta", &eta}, {"back", &back}, {"stretch", &stretch}, {"relax", &relax}, {"sleep", &sleep}};
   const std::map<std::string, int *> counts = {{"every", &every}, {"hold", &hold}};
   std::map<std::string, bool> seen;
   for (int iarg = 3; iarg < narg; iarg += 2) {
     const std::string key = arg[iarg];
     const bool known = positive.count(key) || counts.count(key) || key == "start";
     if (!known)
-      error->all(FLERR, iarg,
-                 "Unknown fix {} keyword {}: known are eta, back, every, hold, relax, sleep, start, "
-                 "stretch",
-                 style, key);
+      error->all(
+          FLERR, iarg,
+          "Unknown fix {} keyword {}: known are eta, back, every, hold, relax, sleep, start, "
+          "stretch",
+          style, key);
     if (seen[key]) error->all(FLERR, iarg, "Repeated fix {} keyword {}", style, key);
     seen[key] = true;
     if (iarg + 1 >= narg) error->all(FLERR, iarg, "Fix {} {} needs a value", style, key);
@@ -119,22 +125,22 @@ void FixPeridemAdapt::parse(int narg, char **arg)
     } else {
       double &value = *positive.at(key);
       value = utils::numeric(FLERR, word, false, lmp);
-      if (!(value >= 0.0)) error->all(FLERR, iarg + 1, "Fix {} {} {}: must be >= 0", style, key, word);
+      if (!(value >= 0.0))
+        error->all(FLERR, iarg + 1, "Fix {} {} {}: must be >= 0", style, key, word);
       if (key == "back" && value >= 1.0)
         error->all(FLERR, iarg + 1, "Fix {} back {}: must be >= 0 and < 1", style, word);
     }
   }
   if (seen["eta"] && seen["stretch"])
     error->all(FLERR, 3, "Fix {} eta and stretch: give one of them", style);
-  if (seen["stretch"] && stretch == 0.0)
-    error->all(FLERR, 3, "Fix {} stretch: must be > 0", style);
+  if (seen["stretch"] && stretch == 0.0) error->all(FLERR, 3, "Fix {} stretch: must be > 0", style);
 }
 
 /* ---------------------------------------------------------------------- */
 
 int FixPeridemAdapt::setmask()
 {
-  return INITIAL_INTEGRATE | PRE_FORCE | FINAL_INTEGRATE;
+  return INITIAL_INTEGRATE | PRE_FORCE | FINAL_INTEGRATE | END_OF_STEP;
 }
 
 /* ---------------------------------------------------------------------- */
@@ -185,7 +191,7 @@ void FixPeridemAdapt::setup_pre_force(int)
     follow_user();
   }
   comm->forward_comm();    // ghosts move as their grains do now
-  tell_bonds();
+  tell_others();
   pre_force(0);
 }
 
@@ -222,6 +228,12 @@ void FixPeridemAdapt::measure()
     if (atom->mask[i] & groupbit) highest = MAX(highest, atom->molecule[i]);
   MPI_Allreduce(MPI_IN_PLACE, &highest, 1, MPI_LMP_TAGINT, MPI_MAX, world);
   grains.resize(highest + 1, Grain());
+
+  int outside = 0;
+  for (int i = 0; i < atom->nlocal; i++)
+    if (!(atom->mask[i] & groupbit) && bonds && bonds->num[i] > 0) outside = 1;
+  MPI_Allreduce(MPI_IN_PLACE, &outside, 1, MPI_INT, MPI_MAX, world);
+  others_deform = outside;
 
   constexpr int N = 6;    // volume, mass, three of place, broken bonds
   std::vector<double> sum(N * (highest + 1), 0.0), weakest(3 * (highest + 1), INFINITE);
@@ -372,6 +384,7 @@ void FixPeridemAdapt::freeze(const std::vector<tagint> &which)
     grain->body.to_body(r, offset[i]);
     grain->body.velocity(r, atom->v[i]);
   }
+  find_reach(which);
 }
 
 /* ----------------------------------------------------------------------
@@ -417,7 +430,8 @@ void FixPeridemAdapt::wake(tagint mol)
   auto &grain = grains[mol];
   const bool sudden = grain.loaded < grain.period();
   grain.relax = sudden ? 0.0 : relax * grain.period();
-  grain.patience = grain.since < 10.0 * hold * every * dtv ? MIN(MAXPATIENCE, 2 * grain.patience) : 1;
+  grain.patience = grain.since < 10.0 * hold * every * dtv ? MIN(MAXPATIENCE, 2 * grain.patience)
+                                                           : 1;
   grain.state = Grain::DEFORMABLE;
   grain.strain = grain.since = 0.0;
   grain.quiet = 0;
@@ -436,10 +450,91 @@ void FixPeridemAdapt::fall_asleep(tagint mol)
 
 /* ---------------------------------------------------------------------- */
 
-void FixPeridemAdapt::tell_bonds()
+void FixPeridemAdapt::tell_others()
 {
-  states_stale = true;
+  states_stale = step_stale = true;
   if (bonds) bonds->flag_rigid();
+  find_lightest();
+}
+
+/* ----------------------------------------------------------------------
+   how far the nodes of these rigid grains are from the centre; collective
+------------------------------------------------------------------------- */
+
+void FixPeridemAdapt::find_reach(const std::vector<tagint> &which)
+{
+  std::vector<double> far(grains.size(), 0.0);
+  for (int i = 0; i < atom->nlocal; i++)
+    if (grain_of(i)) {
+      double &most = far[atom->molecule[i]];
+      most = MAX(most, MathExtra::lensq3(offset[i]));
+    }
+  MPI_Allreduce(MPI_IN_PLACE, far.data(), static_cast<int>(far.size()), MPI_DOUBLE, MPI_MAX, world);
+  for (const tagint mol : which) grains[mol].reach = std::sqrt(far[mol]);
+}
+
+/* ---------------------------------------------------------------------- */
+
+double FixPeridemAdapt::felt_mass(int i) const
+{
+  return rigid(i) ? grains[atom->molecule[i]].felt_mass(domain->dimension) / RESOLVED
+                  : atom->rmass[i];
+}
+
+/* ---------------------------------------------------------------------- */
+
+void FixPeridemAdapt::find_lightest()
+{
+  lightest_of.assign(atom->ntypes + 1, INFINITE);
+  for (int i = 0; i < atom->nlocal; i++) {
+    double &least = lightest_of[atom->type[i]];
+    least = MIN(least, felt_mass(i));
+  }
+  MPI_Allreduce(MPI_IN_PLACE, lightest_of.data(), atom->ntypes + 1, MPI_DOUBLE, MPI_MIN, world);
+}
+
+/* ---------------------------------------------------------------------- */
+
+tagint FixPeridemAdapt::atom_molecule(int i) const
+{
+  return atom->molecule[i];
+}
+
+/* ----------------------------------------------------------------------
+   as Gershgorin's bound for nodes: twice all springs at a body over what it weighs where they push;
+   half as much again for the contacts that come before the next look
+------------------------------------------------------------------------- */
+
+double FixPeridemAdapt::largest_frequency_sq() const
+{
+  std::vector<double> all(springs);
+  MPI_Allreduce(MPI_IN_PLACE, all.data(), static_cast<int>(all.size()), MPI_DOUBLE, MPI_SUM, world);
+  double largest = 0.0;
+  for (std::size_t mol = 0; mol < all.size(); mol++)
+    if (grains[mol].rigid())
+      largest = MAX(largest, 3.0 * RESOLVED * all[mol] / grains[mol].felt_mass(domain->dimension));
+  return largest;
+}
+
+/* ---------------------------------------------------------------------- */
+
+bool FixPeridemAdapt::any_deformable() const
+{
+  return others_deform || std::any_of(grains.begin(), grains.end(), [](const Grain &grain) {
+           return grain.state == Grain::DEFORMABLE;
+         });
+}
+
+/* ----------------------------------------------------------------------
+   a grain that wakes needs a shorter step at once
+------------------------------------------------------------------------- */
+
+void FixPeridemAdapt::end_of_step()
+{
+  if (!step_stale) return;
+  step_stale = false;
+  for (auto *fix : modify->get_fix_by_style("^peridem/timestep$"))
+    dynamic_cast<FixPeridemTimestep *>(fix)->set_timestep();
 }
 
 /* ---------------------------------------------------------------------- */
@@ -535,7 +630,7 @@ void FixPeridemAdapt::final_integrate()
   if (update->ntimestep % every == 0) changed = look_for_quiet() || changed;
   for (auto &grain : grains) grain.since += dtv;
   if (!changed) return;
-  tell_bonds();
+  tell_others();
   sum_forces();
 }
 
@@ -562,7 +657,8 @@ void FixPeridemAdapt::sum_forces()
     const int k = slot[atom->molecule[i]];
     add_force(i, grain->body, &sums[NSUMS * k], highest[k]);
   }
-  MPI_Allreduce(MPI_IN_PLACE, sums.data(), static_cast<int>(sums.size()), MPI_DOUBLE, MPI_SUM, world);
+  MPI_Allreduce(MPI_IN_PLACE, sums.data(), static_cast<int>(sums.size()), MPI_DOUBLE, MPI_SUM,
+                world);
   MPI_Allreduce(MPI_IN_PLACE, highest.data(), static_cast<int>(highest.size()), MPI_DOUBLE, MPI_MAX,
                 world);
 
@@ -580,7 +676,8 @@ void FixPeridemAdapt::sum_forces()
    what one node adds; node: largest squared force that bends the grain over h^(2 (d - 1))
 ------------------------------------------------------------------------- */
 
-void FixPeridemAdapt::add_force(int i, const PeridemRigidBody &body, double *sum, double &node) const
+void FixPeridemAdapt::add_force(int i, const PeridemRigidBody &body, double *sum,
+                                double &node) const
 {
   const double *const f = atom->f[i];
   double r[3], bending = 0.0;
@@ -614,8 +711,8 @@ bool FixPeridemAdapt::consider_loads()
     std::copy_n(&sums[NSUMS * k + 6], 9, load.moment);
     grain.body.add_spinning(load.moment);
     load.node = std::sqrt(highest[k]);
-    const double bound = std::isfinite(grain.limit)
-        ? load.stretch(grain.volume, grain.young, grain.factor) : 0.0;
+    const double bound =
+        std::isfinite(grain.limit) ? load.stretch(grain.volume, grain.young, grain.factor) : 0.0;
     grain.loaded = bound > 0.5 * grain.limit ? grain.loaded + dtv : 0.0;
     if (bound > grain.limit) {
       wake(rigid_grains[k]);
@@ -705,7 +802,8 @@ bool FixPeridemAdapt::look_for_quiet()
     double &largest = most[atom->molecule[i]];
     largest = MAX(largest, row_stretch(i));
   }
-  MPI_Allreduce(MPI_IN_PLACE, most.data(), static_cast<int>(most.size()), MPI_DOUBLE, MPI_MAX, world);
+  MPI_Allreduce(MPI_IN_PLACE, most.data(), static_cast<int>(most.size()), MPI_DOUBLE, MPI_MAX,
+                world);
 
   std::vector<tagint> quiet;
   for (std::size_t k = 0; k < which.size(); k++) {
@@ -771,11 +869,12 @@ double FixPeridemAdapt::energy_held() const
 }
 
 /* ----------------------------------------------------------------------
-   the state of each node, for output
+   forces are about to be computed; the state of each node, for output
 ------------------------------------------------------------------------- */
 
 void FixPeridemAdapt::pre_force(int)
 {
+  springs.assign(grains.size(), 0.0);
   if (!states_stale && neighbor->ago != 0) return;
   states_stale = false;
   for (int i = 0; i < atom->nlocal; i++) {

@@ -43,6 +43,7 @@ class FixPeridemAdapt : public FixNVE {
   void initial_integrate(int) override;
   void pre_force(int) override;
   void final_integrate() override;
+  void end_of_step() override;
 
   double compute_vector(int) override;
   double memory_usage() override;
@@ -61,6 +62,18 @@ class FixPeridemAdapt : public FixNVE {
   // is the node part of a rigid grain? i may be a ghost
   bool rigid(int i) const;
 
+  // for the time step: is there a grain whose bonds are computed? The lightest that a contact can
+  // push of a type: a node, or a rigid grain as it is felt at its farthest node; and that of a node
+  bool any_deformable() const;
+  // contacts and walls: a spring that pushes node i at this step
+  void note_spring(int i, double k)
+  {
+    if (rigid(i)) springs[atom_molecule(i)] += k;
+  }
+  // bound from the springs that push rigid grains; collective
+  double largest_frequency_sq() const;
+  double lightest(int itype) const { return lightest_of.at(itype); }
+
   // for the energy ledger: what switches and relaxation have taken so far, and strain energy that
   // rigid grains hold; the same on all ranks
   double energy_taken() const { return taken; }
@@ -78,7 +91,10 @@ class FixPeridemAdapt : public FixNVE {
   bigint natoms_seen{-1};
   double **offset{nullptr};    // of nodes of rigid grains, in the body's axes
   double *state{nullptr};      // of nodes, for output
-  bool states_stale{true};
+  bool states_stale{true}, step_stale{false};
+  std::vector<double> lightest_of;    // by type
+  std::vector<double> springs;        // by molecule-ID, of this step on this rank
+  bool others_deform{false};          // is there a bonded node outside the group?
   double taken{0.0};
   bigint wakes{0}, freezes{0};
   FixPeridemBonds *bonds{nullptr};
@@ -102,7 +118,11 @@ class FixPeridemAdapt : public FixNVE {
   void follow_user();
   void wake(tagint);
   void fall_asleep(tagint);
-  void tell_bonds();
+  void tell_others();
+  double felt_mass(int i) const;
+  tagint atom_molecule(int i) const;
+  void find_lightest();
+  void find_reach(const std::vector<tagint> &);
 
   void move_deformable(bool drift);
   void place();

@@ -51,6 +51,9 @@ static constexpr double GROWTH = 1.25;
 // part of its length to which a bond may be compressed without a warning
 static constexpr double CRUSHED = 0.25;
 
+// relative difference of weighted volumes that is not rounding
+static constexpr double CHANGED = 1.0e-9;
+
 /* ---------------------------------------------------------------------- */
 
 FixPeridemBonds::FixPeridemBonds(LAMMPS *lmp, int narg, char **arg) :
@@ -132,6 +135,8 @@ int FixPeridemBonds::setmask()
 void FixPeridemBonds::init()
 {
   said_compressed = false;
+  find_solids();
+  watch_rerun();
 
   // what happens before nodes migrate must happen before any other fix migrates them
 
@@ -148,7 +153,6 @@ void FixPeridemBonds::init()
   const auto adapts = modify->get_fix_by_style("^peridem/adapt$");
   adapt = adapts.empty() ? nullptr : dynamic_cast<const FixPeridemAdapt *>(adapts[0]);
 
-  find_solids();
   check_laws();
   weights_stale = true;
   natoms_seen = -1;
@@ -171,6 +175,28 @@ void FixPeridemBonds::init()
           "Periodic box is {:.6g} long in {}: it must be at least twice the longest bond, {:.6g}",
           period, "xyz"[k], need);
   }
+}
+
+/* ----------------------------------------------------------------------
+   "rerun" initialises fixes for every snapshot, but pair styles once
+------------------------------------------------------------------------- */
+
+void FixPeridemBonds::watch_rerun()
+{
+  int count = 0;
+  bool breakable = false;
+  for (const auto *solid : solids) {
+    count += solid->init_count();
+    for (int i = 1; i <= atom->ntypes; i++)
+      if (solid->covers(i)) breakable = breakable || std::isfinite(solid->material(i, i).s0);
+  }
+  const bool again = count == solids_inits;
+  if (again && !said_rerun && breakable && comm->me == 0)
+    error->warning(FLERR,
+                   "Rerun: bonds break where a snapshot shows them beyond their critical stretch; "
+                   "those that broke between snapshots and closed again hold");
+  said_rerun = again;
+  solids_inits = count;
 }
 
 /* ----------------------------------------------------------------------
@@ -756,6 +782,7 @@ void FixPeridemBonds::map_partners()
   const bool periodic = domain->xperiodic || domain->yperiodic ||
       (domain->dimension == 3 && domain->zperiodic);
   const int *const type = atom->type;
+  const tagint *const molecule = atom->molecule;
   mixed.assign(atom->nlocal, 0);
   for (int i = 0; i < atom->nlocal; i++) {
     for (bigint k = start[i]; k < start[i] + num[i]; k++) {
@@ -764,6 +791,11 @@ void FixPeridemBonds::map_partners()
       if (periodic) j = domain->closest_image(i, j);
       partner[k] = j;
       if (type[j] != type[i]) mixed[i] = 1;
+      if (molecule[j] != molecule[i])
+        error->one(FLERR,
+                   "Nodes {} and {} are bonded, but now they are of grains {} and {}: molecule-IDs "
+                   "cannot change while bonds hold",
+                   atom->tag[i], atom->tag[j], molecule[i], molecule[j]);
     }
   }
   flag_rigid();
@@ -812,7 +844,8 @@ void FixPeridemBonds::compute_weights()
   cellsize.resize(nall);
   for (int i = 0; i < nall; i++) cellsize[i] = cell_size(i);
 
-  for (int i = 0; i < nlocal; i++)
+  for (int i = 0; i < nlocal; i++) {
+    double m = 0.0;
     for (bigint k = start[i]; k < start[i] + num[i]; k++) {
       const int j = partner[k];
       const auto *mat = material(type[i], type[j]);
@@ -822,7 +855,15 @@ void FixPeridemBonds::compute_weights()
       const double R = length[k];
       const double h = mat->cell > 0.0 ? mat->cell : 0.5 * (cellsize[i] + cellsize[j]);
       weight[k] = mat->influence(R / mat->horizon) * mat->volume_factor(R, h) * (V[i] * V[j]);
+      m += weight[k] * R * R;
     }
+    if (num[i] == nref[i] && std::fabs(m / V[i] - wvolume[i]) > CHANGED * wvolume[i])
+      error->one(
+          FLERR,
+          "Volumes or types of node {} or of its family have changed since the families were "
+          "built: they cannot, unless fix {} is made anew (unfix {})",
+          atom->tag[i], style, id);
+  }
 }
 
 /* ---------------------------------------------------------------------- */

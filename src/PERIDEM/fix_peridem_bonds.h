@@ -120,7 +120,9 @@ class FixPeridemBonds : public Fix {
   int max_family{0};                              // longest reference row of all ranks
   double longest{0.0};                            // longest bond at the last reneighbouring
   bool said_compressed{false};                    // in this run
-  double cutghost_set{0.0};                       // ghost cutoff that this fix has asked for
+  bool said_rerun{false};
+  int solids_inits{-1};        // how often the solids had been initialised when this fix was
+  double cutghost_set{0.0};    // ghost cutoff that this fix has asked for
   bigint natoms_seen{-1}, natoms_mapped{0};
   bool weights_stale{true};
   int rigid_bits{0};    // groups of fixes that move rigid bodies
@@ -132,6 +134,7 @@ class FixPeridemBonds : public Fix {
   double cell_size(int i) const;
   void parse(int, char **);
   void find_solids();
+  void watch_rerun();
   void check_laws();
   void require_ghost_cutoff(double, bool at_init);
   void reconcile();

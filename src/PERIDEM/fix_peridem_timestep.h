@@ -37,13 +37,14 @@ class FixPeridemTimestep : public Fix {
   double compute_scalar() override;
   double compute_vector(int) override;
 
+  // look now; collective
+  void set_timestep();
+
  private:
   double safety{0.8};
   PeridemStability stability;
   PeridemStability::Limits limits{0.0, 0.0, 0.0, 0.0};
   std::string ruling;
-
-  void set_timestep();
 };
 
 }    // namespace LAMMPS_NS

@@ -15,6 +15,7 @@
 
 #include "fix_peridem_wall.h"
 
+#include "fix_peridem_adapt.h"
 #include "fix_peridem_bonds.h"
 #include "pair_peridem_contact.h"
 #include "peridem_contact_parser.h"
@@ -148,6 +149,8 @@ void FixPeridemWall::init()
       dynamic_cast<PairPeridemContact *>(lmp->force->pair_match("peridem/contact", 1));
   const auto spacings = PeridemGrains::spacings(lmp);
   extremes = PeridemGrains::extremes(lmp);
+  const auto adapts = modify->get_fix_by_style("^peridem/adapt$");
+  adapt = adapts.empty() ? nullptr : dynamic_cast<FixPeridemAdapt *>(adapts[0]);
   const int ntypes = atom->ntypes;
   std::vector<int> used(ntypes + 1, 0);
   for (int i = 0; i < atom->nlocal; i++)
@@ -475,6 +478,7 @@ void FixPeridemWall::touch(int i, const PeridemSurface::Foot &foot)
     on_node[m] = fn * normal[m] + drag[m];
     atom->f[i][m] += on_node[m];
   }
+  if (adapt) adapt->note_spring(i, k);
   if (law.uses_restitution()) impacts.push_back({i, foot, fn, {}, 0.0});
   react(i, foot, on_node);
   deepest = MAX(deepest, overlap);
@@ -657,6 +661,13 @@ double FixPeridemWall::springs_at_a_node() const
 
 /* ---------------------------------------------------------------------- */
 
+double FixPeridemWall::lightest(int itype) const
+{
+  return adapt ? adapt->lightest(itype) : extremes.lightest[itype];
+}
+
+/* ---------------------------------------------------------------------- */
+
 double FixPeridemWall::largest_frequency_sq() const
 {
   const double count = springs_at_a_node();
@@ -664,7 +675,7 @@ double FixPeridemWall::largest_frequency_sq() const
   for (int t = 1; t <= atom->ntypes; t++) {
     if (laws[t].radius == 0.0 || extremes.largest[t] == 0.0) continue;
     const double k = laws[t].spring(extremes.smallest[t], extremes.smallest[t]);
-    largest = MAX(largest, count * k / extremes.lightest[t]);
+    largest = MAX(largest, count * k / lightest(t));
   }
   return largest;
 }
@@ -679,7 +690,7 @@ double FixPeridemWall::largest_dashpot_ratio() const
     if (laws[t].radius == 0.0 || extremes.largest[t] == 0.0) continue;
     const double k = laws[t].spring(extremes.smallest[t], extremes.smallest[t]);
     const double beta = laws[t].dashpot();
-    largest = MAX(largest, std::sqrt(count) * beta / (2.0 * std::sqrt(k * extremes.lightest[t])));
+    largest = MAX(largest, std::sqrt(count) * beta / (2.0 * std::sqrt(k * lightest(t))));
   }
   return largest;
 }

@@ -34,6 +34,7 @@ FixStyle(peridem/wall,FixPeridemWall);
 
 namespace LAMMPS_NS {
 
+class FixPeridemAdapt;
 class FixPeridemBonds;
 
 // A surface that nodes of grains touch with the same law as each other, still or moving.
@@ -85,6 +86,8 @@ class FixPeridemWall : public Fix {
   PeridemContactGiven given;
   std::vector<PeridemContactLaw> laws;    // by node type
   PeridemGrains::Extremes extremes;
+  FixPeridemAdapt *adapt{nullptr};
+  double lightest(int itype) const;
   PeridemWallList nearby;
   double largest_radius{0.0};
   PeridemWallMemory memories;

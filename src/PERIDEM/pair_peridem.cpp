@@ -178,6 +178,7 @@ void PairPeridem::init_style()
       viscous = viscous || mat.viscosity > 0.0;
     }
   find_bonds();
+  ninit++;
   const bool booked = !modify->get_compute_by_style("^peridem/energy$").empty();
   if (viscous || booked) comm->ghost_velocity = 1;
 }

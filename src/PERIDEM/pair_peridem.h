@@ -62,6 +62,7 @@ class PairPeridem : public Pair {
   double largest_frequency_sq();
   // largest ratio of viscosity to shear modulus
   double largest_viscous_time() const;
+  int init_count() const { return ninit; }
   int coeff_version() const { return ncoeff; }
 
   int pack_forward_comm(int, int *, double *, int, int *) override;
@@ -95,6 +96,7 @@ class PairPeridem : public Pair {
 
  private:
   int ntypes{0};
+  int ninit{0};
   int ncoeff{0};    // counts the pair_coeff commands
   double *comm_values{nullptr};
   std::vector<PeridemMaterial> given, mixed;

@@ -15,6 +15,7 @@
 
 #include "pair_peridem_contact.h"
 
+#include "fix_peridem_adapt.h"
 #include "fix_peridem_bonds.h"
 #include "fix_peridem_history.h"
 #include "fix_peridem_ledger.h"
@@ -173,6 +174,8 @@ void PairPeridemContact::init_style()
   check_styles();
   mix_pairs();
   find_laws();
+  const auto adapts = modify->get_fix_by_style("^peridem/adapt$");
+  adapt = adapts.empty() ? nullptr : dynamic_cast<FixPeridemAdapt *>(adapts[0]);
 
   bonded_types.assign(ntypes + 1, 0);
   for (auto *solid : PairPeridem::find_all(lmp))
@@ -618,6 +621,10 @@ void PairPeridemContact::touch(int i, int j, double distance, double rsq, const 
     spring->known = true;
     spring->deepest = MAX(spring->deepest, distance - r);
   }
+  if (adapt) {
+    adapt->note_spring(i, k);
+    if (j < nlocal) adapt->note_spring(j, k);
+  }
   if (law.uses_restitution()) impacts.push_back({i, j, fn, spring, {n[0], n[1], n[2]}, 0.0});
 
   for (int m = 0; m < 3; m++) f[i][m] += total[m];
@@ -826,6 +833,13 @@ void PairPeridemContact::unpack_reverse_comm(int n, int *list, double *buf)
     for (int k = 0; k < 3; k++) spread[3 * list[m] + k] += buf[3 * m + k];
 }
 
+/* ---------------------------------------------------------------------- */
+
+double PairPeridemContact::lightest(int itype) const
+{
+  return adapt ? adapt->lightest(itype) : extremes.lightest[itype];
+}
+
 /* ----------------------------------------------------------------------
    Gershgorin's bound: twice the sum of the springs at a node over its mass. A node is taken to
    touch up to three others at a time in 2d, four in 3d; contacts beyond that are looked at.
@@ -841,7 +855,7 @@ double PairPeridemContact::largest_frequency_sq() const
       if (law.radius == 0.0 || extremes.largest[i] == 0.0 || extremes.largest[j] == 0.0) continue;
       // the lightest node of type i against the largest of type j
       const double k = law.spring(extremes.smallest[i], extremes.largest[j]);
-      largest = MAX(largest, 2.0 * most * k / extremes.lightest[i]);
+      largest = MAX(largest, 2.0 * most * k / lightest(i));
     }
 
   // the contacts that are there now
@@ -853,7 +867,8 @@ double PairPeridemContact::largest_frequency_sq() const
     sum[i] += k;
     sum[j] += k;
   });
-  for (int i = 0; i < atom->nlocal; i++) largest = MAX(largest, 2.0 * sum[i] / atom->rmass[i]);
+  for (int i = 0; i < atom->nlocal; i++)
+    if (!adapt || !adapt->rigid(i)) largest = MAX(largest, 2.0 * sum[i] / atom->rmass[i]);
   MPI_Allreduce(MPI_IN_PLACE, &largest, 1, MPI_DOUBLE, MPI_MAX, world);
   return largest;
 }
@@ -870,7 +885,7 @@ double PairPeridemContact::largest_dashpot_ratio() const
     for (int j = 1; j <= ntypes; j++) {
       const auto &law = laws[index(i, j)];
       if (law.radius == 0.0 || extremes.largest[i] == 0.0 || extremes.largest[j] == 0.0) continue;
-      const double mi = extremes.lightest[i], mj = extremes.lightest[j];
+      const double mi = lightest(i), mj = lightest(j);
       const double k = law.spring(extremes.smallest[i], extremes.smallest[j]);
       largest = MAX(largest,
                     std::sqrt(most) * law.dashpot() / (2.0 * std::sqrt(k * mi * mj / (mi + mj))));

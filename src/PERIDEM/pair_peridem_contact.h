@@ -30,6 +30,7 @@ PairStyle(peridem/contact,PairPeridemContact);
 
 namespace LAMMPS_NS {
 
+class FixPeridemAdapt;
 class FixPeridemBonds;
 class FixPeridemHistory;
 
@@ -118,6 +119,8 @@ class PairPeridemContact : public Pair {
   bool advance{true};
 
   PeridemGrains::Extremes extremes;
+  FixPeridemAdapt *adapt{nullptr};
+  double lightest(int itype) const;
 
   // contacts of this step that lose energy by restitution
   struct Impact {

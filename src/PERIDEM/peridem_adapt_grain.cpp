@@ -21,6 +21,17 @@ using namespace LAMMPS_NS;
 
 /* ---------------------------------------------------------------------- */
 
+double PeridemAdaptGrain::felt_mass(int dimension) const
+{
+  // in the plane it turns about its normal alone, whose moment is the largest
+  double moment = 0.0;
+  for (const double one : body.inertia)
+    if (one > 0.0 && (moment == 0.0 || (dimension == 2) == (one > moment))) moment = one;
+  return 1.0 / (1.0 / body.mass + (moment > 0.0 ? reach * reach / moment : 0.0));
+}
+
+/* ---------------------------------------------------------------------- */
+
 void PeridemMoments::add(double m, const double *r, const double *v)
 {
   double turning[3];

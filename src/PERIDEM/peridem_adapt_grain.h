@@ -28,15 +28,18 @@ struct PeridemAdaptGrain {
   int quiet;       // checks in a row that found it quiet
   int patience;    // it takes so many times longer before it is rigid again
   double volume, young, s0, factor;
-  double limit;              // bound of the stretch that wakes it
-  double size, speed;        // diameter of a ball of its volume; of waves in it
-  double loaded;             // for how long its bound has been above half the limit
-  double relax;              // time for which its vibration is still damped
-  double since;              // time that it has been in its state
-  double strain;             // energy of its bonds when it became rigid
-  PeridemRigidBody body;     // deformable: x is near its centre of mass
+  double limit;             // bound of the stretch that wakes it
+  double size, speed;       // diameter of a ball of its volume; of waves in it
+  double loaded;            // for how long its bound has been above half the limit
+  double relax;             // time for which its vibration is still damped
+  double since;             // time that it has been in its state
+  double strain;            // energy of its bonds when it became rigid
+  double reach;             // of its farthest node from the centre, since then
+  PeridemRigidBody body;    // deformable: x is near its centre of mass
 
   bool rigid() const { return state == RIGID || state == ASLEEP; }
+  double
+  felt_mass(int dimension) const;    // what a force at its farthest node has to move, at least
   double period() const { return 2.0 * size / speed; }    // of its slowest vibration, about
 };
 

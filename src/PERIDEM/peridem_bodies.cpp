@@ -155,13 +155,12 @@ void PeridemBodies::find_highest()
 
 void PeridemBodies::find_places()
 {
+  unwrap();
   constexpr int N = 8;    // mass, place, velocity, broken bonds
   sums.assign(N * static_cast<std::size_t>(highest + 1), 0.0);
   for (int i = 0; i < atom->nlocal; i++) {
     double *const sum = &sums[N * atom->molecule[i]];
-    const double m = atom->rmass[i];
-    double x[3];
-    domain->unmap(atom->x[i], atom->image[i], x);
+    const double m = atom->rmass[i], *const x = &arms[3 * i];
     sum[0] += m;
     for (int k = 0; k < 3; k++) {
       sum[1 + k] += m * x[k];
@@ -184,6 +183,8 @@ void PeridemBodies::find_places()
       grain.velocity[k] = sum[4 + k] / sum[0];
     }
   }
+  for (int i = 0; i < atom->nlocal; i++)
+    for (int k = 0; k < 3; k++) arms[3 * i + k] -= grains[atom->molecule[i]].place[k];
 }
 
 /* ----------------------------------------------------------------------
@@ -197,8 +198,7 @@ void PeridemBodies::find_spins()
   for (int i = 0; i < atom->nlocal; i++) {
     if (!whole(i)) continue;
     double *const sum = &sums[N * atom->molecule[i]];
-    double arm[3];
-    arm_of(i, arm);
+    const double *const arm = arm_of(i);
     add_cross(arm, atom->v[i], atom->rmass[i], sum);
     add_inertia(atom->rmass[i], arm, sum + 3);
   }
@@ -216,14 +216,13 @@ bool PeridemBodies::whole(int i) const
 }
 
 /* ----------------------------------------------------------------------
-   of an owned node, from the centre of its grain
+   places of owned nodes in the open; find_places() makes arms of them
 ------------------------------------------------------------------------- */
 
-void PeridemBodies::arm_of(int i, double *arm) const
+void PeridemBodies::unwrap()
 {
-  domain->unmap(atom->x[i], atom->image[i], arm);
-  const auto &grain = grains[atom->molecule[i]];
-  for (int k = 0; k < 3; k++) arm[k] -= grain.place[k];
+  arms.resize(3 * static_cast<std::size_t>(atom->nlocal));
+  for (int i = 0; i < atom->nlocal; i++) domain->unmap(atom->x[i], atom->image[i], &arms[3 * i]);
 }
 
 /* ---------------------------------------------------------------------- */
@@ -233,10 +232,7 @@ PeridemBody PeridemBodies::body(int i) const
   PeridemBody body{};
   double arm[3];
   const PeridemMotion motion = whole(i) ? grains[atom->molecule[i]] : patch(i);
-  if (whole(i))
-    arm_of(i, arm);
-  else
-    for (int k = 0; k < 3; k++) arm[k] = atom->x[i][k] - motion.place[k];
+  for (int k = 0; k < 3; k++) arm[k] = whole(i) ? arm_of(i)[k] : atom->x[i][k] - motion.place[k];
   for (int k = 0; k < 3; k++) body.offset[k] = -arm[k];
   motion.velocity_at(arm, body.velocity);
   motion.mobility_at(arm, body.mobility);
@@ -295,10 +291,8 @@ void PeridemBodies::push(int i, const double *force, double *spread)
     return;
   }
   auto &push = pushes[atom->molecule[i]];
-  double arm[3];
-  arm_of(i, arm);
   for (int k = 0; k < 3; k++) push.force[k] += force[k];
-  add_cross(arm, force, 1.0, push.torque);
+  add_cross(arm_of(i), force, 1.0, push.torque);
 }
 
 /* ---------------------------------------------------------------------- */
@@ -323,20 +317,21 @@ void PeridemBodies::apply(double *f)
 {
   const int count = static_cast<int>(pushes.size() * sizeof(Push) / sizeof(double));
   MPI_Allreduce(MPI_IN_PLACE, pushes.data(), count, MPI_DOUBLE, MPI_SUM, world);
+  for (tagint mol = 1; mol <= highest; mol++) {    // from here on, accelerations
+    auto &push = pushes[mol];
+    if (!(grains[mol].mass > 0.0)) continue;
+    double angular[3];
+    multiply(grains[mol].inverse, push.torque, angular);
+    for (int k = 0; k < 3; k++) {
+      push.force[k] /= grains[mol].mass;
+      push.torque[k] = angular[k];
+    }
+  }
   for (int i = 0; i < atom->nlocal; i++) {
-    const tagint mol = atom->molecule[i];
-    const auto &push = pushes[mol];
-    // a torque comes with a force, unless forces cancel to the last bit
-    const auto zero = [](double value) {
-      return value == 0.0;
-    };
-    if (std::all_of(push.force, push.force + 3, zero) &&
-        std::all_of(push.torque, push.torque + 3, zero))
-      continue;
-    double arm[3], a[3];
-    arm_of(i, arm);
-    grains[mol].acceleration_at(arm, push.force, push.torque, a);
-    for (int k = 0; k < 3; k++) f[3 * i + k] += atom->rmass[i] * a[k];
+    const auto &push = pushes[atom->molecule[i]];
+    const double *const arm = arm_of(i), m = atom->rmass[i];
+    for (int k = 0; k < 3; k++) f[3 * i + k] += m * push.force[k];
+    add_cross(push.torque, arm, m, &f[3 * i]);
   }
   pushes.assign(pushes.size(), Push());
 }
@@ -347,5 +342,5 @@ double PeridemBodies::memory_usage() const
 {
   return static_cast<double>(grains.capacity()) * (sizeof(PeridemMotion) + 1) +
       static_cast<double>(pushes.capacity()) * sizeof(Push) +
-      static_cast<double>(sums.capacity()) * sizeof(double);
+      static_cast<double>(sums.capacity() + arms.capacity()) * sizeof(double);
 }

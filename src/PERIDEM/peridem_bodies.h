@@ -87,6 +87,7 @@ class PeridemBodies : protected Pointers {
   std::vector<char> broken;             // by molecule-ID
   std::vector<Push> pushes;             // on whole grains, by molecule-ID
   std::vector<double> sums;
+  std::vector<double> arms;    // of owned nodes, from the centres of their grains
   const FixPeridemBonds *bonds{nullptr};
   bigint natoms_seen{-1};
   tagint highest{0};
@@ -95,7 +96,8 @@ class PeridemBodies : protected Pointers {
   void find_places();
   void find_spins();
   bool whole(int i) const;
-  void arm_of(int i, double *arm) const;
+  void unwrap();
+  const double *arm_of(int i) const { return &arms[3 * i]; }
   template <class Visit> void for_patch(int i, Visit) const;
   PeridemMotion patch(int i) const;
   void push_patch(int i, const double *force, double *spread) const;

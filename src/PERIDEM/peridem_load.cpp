@@ -44,7 +44,8 @@ double PeridemLoad::average_stress(double volume) const
 {
   double stress[3][3], principal[3], axes[3][3];
   for (int a = 0; a < 3; a++)
-    for (int b = 0; b < 3; b++) stress[a][b] = 0.5 * (moment[3 * a + b] + moment[3 * b + a]) / volume;
+    for (int b = 0; b < 3; b++)
+      stress[a][b] = 0.5 * (moment[3 * a + b] + moment[3 * b + a]) / volume;
   MathEigen::jacobi3(stress, principal, axes);
   return std::max({std::fabs(principal[0]), std::fabs(principal[1]), std::fabs(principal[2])});
 }

@@ -26,8 +26,8 @@ namespace LAMMPS_NS {
 struct PeridemLoad {
   static constexpr double FACTOR_TENSION = 1.7, FACTOR_BOTH = 3.5;
 
-  double moment[9];     // sum f (x) r over the nodes of the grain
-  double node;          // largest |f'| / h^(d-1)
+  double moment[9];    // sum f (x) r over the nodes of the grain
+  double node;         // largest |f'| / h^(d-1)
 
   void clear();
   void add(const double *force, const double *r);

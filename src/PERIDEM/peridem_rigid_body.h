@@ -18,20 +18,20 @@ namespace LAMMPS_NS {
 
 struct PeridemRigidBody {
   double mass;
-  double x[3], v[3];                // of the centre of mass, x without periodic images
-  double l[3];                      // angular momentum about the centre of mass
-  double q[4];                      // from the body's axes to space
-  double inertia[3];                // principal moments
-  double omega[3];                  // angular velocity
-  double ex[3], ey[3], ez[3];       // principal axes in space
+  double x[3], v[3];             // of the centre of mass, x without periodic images
+  double l[3];                   // angular momentum about the centre of mass
+  double q[4];                   // from the body's axes to space
+  double inertia[3];             // principal moments
+  double omega[3];               // angular velocity
+  double ex[3], ey[3], ez[3];    // principal axes in space
   double force[3], torque[3];
 
   // principal axes and moments from the moment of inertia about the centre of mass (xx, yy, zz, xy,
   // xz, yz), spin from the angular momentum
   void orient(const double *tensor);
 
-  void kick(double dtf);              // half a step of velocities
-  void drift(double dtv, double dtq); // a step of positions
+  void kick(double dtf);                 // half a step of velocities
+  void drift(double dtv, double dtq);    // a step of positions
 
   // a point of the body in its own axes, and back in space, from the centre of mass
   void to_body(const double *r, double *d) const;

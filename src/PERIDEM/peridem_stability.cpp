@@ -15,6 +15,7 @@
 
 #include "peridem_stability.h"
 
+#include "fix_peridem_adapt.h"
 #include "fix_peridem_wall.h"
 #include "pair_peridem.h"
 #include "pair_peridem_contact.h"
@@ -65,7 +66,10 @@ PeridemStability::Limits PeridemStability::find()
     bonds_known = state;
   }
 
-  const double bonds_sq = bond_frequency_sq * force->ftm2v;
+  const auto adapts = modify->get_fix_by_style("^peridem/adapt$");
+  adapt = adapts.empty() ? nullptr : dynamic_cast<const FixPeridemAdapt *>(adapts[0]);
+  const bool rigid = adapt && !adapt->any_deformable();
+  const double bonds_sq = rigid ? 0.0 : bond_frequency_sq * force->ftm2v;
   const double contacts_sq = contact_frequency_sq() * force->ftm2v;
   const double omega = std::sqrt(bonds_sq + contacts_sq);
   const double z = largest_dashpot_ratio(bonds_sq);
@@ -89,6 +93,7 @@ double PeridemStability::contact_frequency_sq() const
     largest = contact->largest_frequency_sq();
   for (auto *fix : modify->get_fix_by_style("^peridem/wall$"))
     largest = MAX(largest, dynamic_cast<FixPeridemWall *>(fix)->largest_frequency_sq());
+  if (adapt) largest = MAX(largest, adapt->largest_frequency_sq());
   return largest;
 }
 

@@ -21,6 +21,8 @@
 
 namespace LAMMPS_NS {
 
+class FixPeridemAdapt;
+
 class PeridemStability : protected Pointers {
  public:
   // A node that goes further than this part of the contact distance in one step finds itself deep
@@ -45,6 +47,7 @@ class PeridemStability : protected Pointers {
  private:
   double bond_frequency_sq{-1.0};    // bonds only get softer as they break: found once
   bigint bonds_known{-1};
+  const FixPeridemAdapt *adapt{nullptr};
 
   double contact_frequency_sq() const;
   double largest_dashpot_ratio(double bonds_sq) const;

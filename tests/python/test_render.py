@@ -109,7 +109,7 @@ def test_pvd_lists_frames_that_hold_the_grains(folder, tmp_path):
     output = render.Output(folder)
     grains = [entry for entry in entries if entry.get("part") == "0"]
     assert [float(e.get("timestep")) for e in grains] == pytest.approx(
-        [step * output.timestep for step in STEPS]
+        [step * output.summary["timestep"] for step in STEPS]
     )
     assert len(entries) == 2 * len(grains)
     for i, entry in enumerate(grains):
@@ -118,15 +118,16 @@ def test_pvd_lists_frames_that_hold_the_grains(folder, tmp_path):
         assert mesh.points[:, :2] == pytest.approx(frame.position)
         assert len(mesh.cells_dict["triangle"]) == len(output.intact_cells(i))
         assert mesh.point_data["damage"] == pytest.approx(frame["c_node[1]"])
-        assert set(mesh.point_data) == {"grain", "velocity", "displacement", *NODE_COLUMNS}
+        fields = {"grain", "type", "velocity", "displacement", *NODE_COLUMNS}
+        assert set(mesh.point_data) == fields
         # every point is seen: in a cell, or as a point of its own
         seen = np.concatenate([block.data.ravel() for block in mesh.cells])
         assert len(np.unique(seen)) == len(mesh.points)
 
 
 def test_missing_and_foreign_files_are_refused(folder, tmp_path):
-    with pytest.raises(FileNotFoundError, match=r"scene\.json"):
-        render.Output(tmp_path)
+    with pytest.raises(FileNotFoundError, match="no folder"):
+        render.Output(tmp_path / "none")
     made = scenes.two_grains()
     made.write(tmp_path)
     with pytest.raises(FileNotFoundError, match=re.escape(DUMP)):

@@ -236,6 +236,32 @@ def test_the_state_of_nodes_and_the_counts_agree(simulation):
     assert sim.fix_vector("motion", 3).tolist() == [2, 0, 0]
 
 
+# --- the time step -------------------------------------------------------------------------------
+
+
+def test_rigid_grains_take_longer_steps_until_one_wakes(simulation):
+    """No bonds limit them, and a contact pushes a whole grain: and yet it collides as it should."""
+    one = two_discs(0.05)
+    solid = Solid(**{**SOLID.__dict__, "viscosity": 1.0})
+    sim = simulation().load(one, dimension=2)
+    sim.commands(script("peridem/adapt eta 0.2", solid) + "fix step all peridem/timestep\nrun 0")
+    before = sim.thermo("dt")
+    assert sim.fix_vector("step", 1)[0] == 0.0  # no limit by bonds
+    nodes = one.molecule == 1
+    r = np.linalg.norm(one.x[nodes] - one.x[nodes].mean(axis=0), axis=1)
+    felt = 1.0 / (1.0 / one.mass[nodes].sum() + r.max() ** 2 / (one.mass[nodes] @ r**2))
+    # the bound of three springs at the farthest node, halved
+    expected = 0.8 * 0.5 * np.sqrt(4.0 * felt / (2.0 * 3.0 * LAW.stiffness))
+    assert before == pytest.approx(expected, rel=1e-12)
+    while sim.fix_vector("motion", 4)[3] == 0.0:
+        sim.commands("run 1 post no")
+        assert sim.thermo("time") < 100.0
+    assert sim.thermo("dt") < 0.3 * before
+    sim.commands("run 100 post no")
+    kinetic = 0.5 * (one.mass[:, None] * one.v**2).sum()
+    assert sim.thermo("pe") + sim.thermo("ke") < 1.01 * kinetic
+
+
 # --- what it refuses -----------------------------------------------------------------------------
 
 
@@ -248,6 +274,7 @@ def test_the_state_of_nodes_and_the_counts_agree(simulation):
         ("eta 1 eta 2", "Repeated fix peridem/adapt keyword eta"),
         ("back 1.0", "back 1.0: must be >= 0 and < 1"),
         ("every 0", "every 0: must be >= 1"),
+        ("relax -1", "relax -1: must be >= 0"),
         ("hold 0", "hold 0: must be >= 1"),
         ("start stiff", "start stiff: must be rigid or deformable"),
         ("eta 1 stretch 0.1", "eta and stretch: give one of them"),

@@ -61,6 +61,15 @@ def test_break_both_breaks_in_compression_too(stretch, left, simulation):
     assert bonds_left(sim) == [left, left]
 
 
+def test_break_tension_holds_any_compression(simulation):
+    """It is the default."""
+    for words in ("", " break tension"):
+        sim = simulation().load(cloud(apart(1.0), dimension=2, margin=5.0), dimension=2)
+        sim.commands(solid_script(PAIR, words) + WATCH + "run 0 post no")
+        assert bonds_left(sim.at(apart(0.3))) == [1, 1]
+        assert bonds_left(sim.at(apart(1.2))) == [0, 0]
+
+
 def test_a_broken_bond_never_heals(simulation):
     sim = pair_of_nodes(simulation, PAIR).commands("run 0 post no").at(apart(1.2)).at(apart(1.0))
     assert bonds_left(sim) == [0, 0]
