@@ -5,27 +5,31 @@ along the line of the total impulse between them, over that at which they came, 
 on that line as if the bodies were rigid (:func:`restitution_of`).  Head-on that is the ratio of the
 speeds of the centres.  Speeds are 0.0007 to 0.017 of the speed of sound, without friction.
 
-Where two grains meet tip to tip, gap to gap or tip to gap, measured:
+Where two grains meet tip to tip, gap to gap or tip to gap, measured (``pytest -s`` prints them):
 
 =====  ============  ============  =================  =================
 asked  head-on       disc on wall  oblique, 0.3 rad,  oblique, 0.6 rad,
                                    slowest            slowest
 =====  ============  ============  =================  =================
-1.0    0.97 to 0.99  0.98 to 0.99  0.98               0.97 to 0.98
-0.9    0.87 to 0.89  0.88 to 0.89  0.88 to 0.89       0.88 to 0.89
-0.7    0.68 to 0.70  0.68 to 0.70  0.67 to 0.69       0.68 to 0.71
-0.5    0.49 to 0.50  0.49 to 0.50  0.46 to 0.49       0.48 to 0.52
-0.3    0.29 to 0.30  0.29 to 0.30  0.25 to 0.30       0.29 to 0.31
+1.0    0.97 to 0.99  0.98 to 0.99  0.98 to 0.99       0.97 to 0.99
+0.9    0.88 to 0.89  0.88 to 0.89  0.88 to 0.91       0.87 to 0.89
+0.7    0.68 to 0.69  0.68 to 0.70  0.68 to 0.72       0.68 to 0.69
+0.5    0.49 to 0.50  0.49 to 0.50  0.49 to 0.55       0.48 to 0.50
+0.3    0.29 to 0.30  0.29 to 0.30  0.29 to 0.33       0.29 to 0.32
 =====  ============  ============  =================  =================
 
 A disc of nodes is a cogwheel.  Elsewhere two of them meet at one node after another: each of these
 collisions has the restitution asked for, their sum need not have it, and has not for rigid bodies
 of the same shape either (0.58 for 0.5, and 0.37 for balls of 147 nodes).  So there rigid bodies are
-what deformable grains are compared with.  The same where nodes slide past each other by a tenth of
-their distance while they touch: fast and oblique.
+what deformable grains are compared with.
+
+Where nodes slide past each other by a tenth of their distance and more while they touch, fast and
+oblique, the direction of the contact turns meanwhile: 0.62 to 0.76 for 0.7, 0.40 to 0.59 for 0.5.
 """
 
 from __future__ import annotations
+
+import itertools
 
 import numpy as np
 import pytest
@@ -158,6 +162,7 @@ def test_discs_part_with_the_restitution_asked_for(speed, phase, simulation):
         one = discs(speed, 0.0, PHASES[phase])
         sim = collided(simulation, one, asked, speed)
         got = restitution_of(one, sim.atoms("x"), sim.atoms("v"))
+        print(f"head-on: {asked} asked, {got:.3f} found")  # pytest -s
         assert got == pytest.approx(asked, abs=ALLOWED), asked
 
 
@@ -165,11 +170,22 @@ def test_discs_part_with_the_restitution_asked_for(speed, phase, simulation):
 @pytest.mark.parametrize("angle", [0.3, 0.6])
 def test_oblique_collisions_have_the_restitution_asked_for(angle, phase, simulation):
     speed = SPEEDS[0]  # at higher ones nodes slide past each other, see above
-    for asked in VALUES:
+    for asked in (1.0, *VALUES):
         one = discs(speed, angle, PHASES[phase])
         sim = collided(simulation, one, asked, speed)
         got = restitution_of(one, sim.atoms("x"), sim.atoms("v"))
+        print(f"by {angle}: {asked} asked, {got:.3f} found")
         assert got == pytest.approx(asked, abs=ALLOWED), asked
+
+
+@pytest.mark.parametrize("angle", [0.3, 0.9])
+def test_fast_oblique_collisions_stray_by_a_tenth(angle, simulation):
+    for speed, phase, asked in itertools.product(SPEEDS[1:], PHASES.values(), (0.9, 0.7, 0.5)):
+        one = discs(speed, angle, phase)
+        sim = collided(simulation, one, asked, speed)
+        got = restitution_of(one, sim.atoms("x"), sim.atoms("v"))
+        print(f"fast, by {angle}: {asked} asked, {got:.3f} found")
+        assert got == pytest.approx(asked, abs=0.11)  # measured, see above
 
 
 @pytest.mark.parametrize("angle", [0.0, 0.3])
@@ -225,6 +241,7 @@ def test_a_disc_leaves_a_wall_with_the_restitution_asked_for(speed, angle, simul
     for phase in (0.0, 0.5):
         for asked in (1.0, *VALUES):
             got = rebound(simulation, asked, speed, angle, phase)
+            print(f"wall: {asked} asked, {got:.3f} found")
             assert got == pytest.approx(asked, abs=ALLOWED), asked
 
 
