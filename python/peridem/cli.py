@@ -51,6 +51,7 @@ MESH = """\
 examples:
   peridem mesh drum --radius 1e-3 --spacing 2e-4 -o drum.msh
   peridem mesh sphere --spacing 4e-4 -o sphere.vtu
+  peridem mesh circle --spacing 2e-4 --lattice hexagonal -o disc.vtu
   peridem mesh drum.msh               check a mesh, and say what it holds
 """
 PLOT = """\
@@ -168,7 +169,21 @@ def _add_mesh(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> 
     mesh = _command(commands, "mesh", "mesh a named shape, or check a mesh file", MESH)
     mesh.add_argument("shape", help=f"{', '.join(NAMED)}, or a mesh file")
     mesh.add_argument("--radius", type=float, default=1e-3, help="of the circle around it (1e-3)")
-    mesh.add_argument("--spacing", type=float, help="of the nodes (a fifth of the radius)")
+    mesh.add_argument(
+        "--spacing", type=float, help="of the nodes (a fifth of the radius); fills a surface file"
+    )
+    mesh.add_argument(
+        "--volumes",
+        default="lumped",
+        choices=("lumped", "voronoi", "file"),
+        help="how nodes share the cells, or as the file has them (lumped)",
+    )
+    mesh.add_argument(
+        "--lattice",
+        default="",
+        choices=("square", "hexagonal", "cubic", "fcc"),
+        help="the sites of a lattice instead of a mesh",
+    )
     mesh.add_argument("-o", "--output", type=Path, help="file to write: .msh, .vtu, .inp, ...")
     mesh.set_defaults(work=_mesh)
 
@@ -255,14 +270,11 @@ def _convert(options: argparse.Namespace) -> int:
 
 
 def _mesh(options: argparse.Namespace) -> int:
-    from peridem import cli_info, cloud, shapes
+    from peridem import cli_info, cloud
 
-    if options.shape not in shapes.NAMED and Path(options.shape).suffix:
-        path = Path(options.shape)
-        made = cloud.read(path)
-    else:
-        spacing = options.spacing or options.radius / 5.0
-        made = cloud.mesh(shapes.named(options.shape, options.radius), spacing)
+    made = cloud.make(
+        options.shape, options.radius, options.spacing, options.volumes, options.lattice
+    )
     print(cli_info.mesh_line(made))
     if options.output:
         made.write(options.output)

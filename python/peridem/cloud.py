@@ -369,6 +369,38 @@ def lattice(shape: Outline | Solid, spacing: float, kind: str = "") -> Cloud:
     return Cloud(shape.name, nodes, share, cells, surface)
 
 
+def make(
+    what: str,
+    radius: float = 1e-3,
+    spacing: float | None = None,
+    volumes: str = "lumped",
+    kind: str = "",
+) -> Cloud:
+    """A cloud as a command line names it: a named shape, or a mesh file.
+
+    Args:
+        what: one of :data:`peridem.shapes.NAMED`, or the path of a file.
+        radius: of the circle or sphere around a named shape.
+        spacing: of the nodes; None: a fifth of the radius, or what the file has.
+        volumes: "lumped", "voronoi" or, for a file, "file".
+        kind: of a lattice (see :func:`lattice`) instead of a mesh of a named shape.
+
+    Raises:
+        FileNotFoundError: there is no such file.
+        ValueError: what shapes, :func:`mesh`, :func:`lattice` and :func:`read` refuse.
+    """
+    from peridem import shapes
+
+    if what not in shapes.NAMED and Path(what).suffix:
+        if kind:
+            raise ValueError(f"{what} is a mesh file: a lattice fills named shapes only")
+        return read(what, volumes=volumes, spacing=spacing)
+    shape = shapes.named(what, radius)
+    if kind:
+        return lattice(shape, spacing or radius / 5.0, kind)
+    return mesh(shape, spacing or radius / 5.0, volumes)
+
+
 def _signed_volumes(nodes: Array, cells: Cells) -> Array:
     corners = nodes[cells]
     d = nodes.shape[1]

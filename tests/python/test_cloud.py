@@ -427,3 +427,15 @@ def test_bad_files_and_spacings_are_refused(tmp_path):
     for spacing in (0.0, 1.5, float("nan")):
         with pytest.raises(ValueError, match="spacing"):
             cloud.mesh(shapes.circle(1.0), spacing)
+
+
+def test_clouds_are_made_by_name_or_from_a_file(tmp_path):
+    assert cloud.make("hexagon").spacing == cloud.mesh(shapes.hexagon(1e-3), 2e-4).spacing
+    assert np.ptp(cloud.make("circle", 1.0, 0.2, kind="hexagonal").volumes) == 0.0
+    cloud.make("star", 1.0, 0.2, "voronoi").write(tmp_path / "star.vtu")
+    kept = cloud.make(str(tmp_path / "star.vtu"), volumes="file")
+    assert kept.volumes == pytest.approx(cloud.make("star", 1.0, 0.2, "voronoi").volumes, rel=1e-12)
+    with pytest.raises(ValueError, match="lattice fills named shapes only"):
+        cloud.make(str(tmp_path / "star.vtu"), kind="square")
+    with pytest.raises(ValueError, match="no shape 'blob'"):
+        cloud.make("blob")
