@@ -40,11 +40,20 @@ class Camera:
     cut: tuple[tuple[float, float, float], tuple[float, float, float]] | None = None
 
 
-def surface(output: Output, i: int) -> tuple[Array, NDArray[np.int64], NDArray[np.int64]]:
-    """Positions, (n, 3), the triangles around the intact cells, (t, 3), and the nodes in none."""
+def surface(
+    output: Output, i: int, camera: Camera | None = None
+) -> tuple[Array, NDArray[np.int64], NDArray[np.int64]]:
+    """Positions, (n, 3), the triangles around the intact cells, (t, 3), and the nodes in none.
+
+    Cells and nodes that the camera's plane cuts off are left out.
+    """
     x = output.frame(i).position[:, :3]
     cells = output.intact_cells(i)
     loose = np.setdiff1d(np.arange(len(x)), cells)
+    if camera is not None and camera.cut is not None:
+        point, normal = np.array(camera.cut[0]), np.array(camera.cut[1])
+        cells = cells[(x[cells].mean(axis=1) - point) @ normal <= 0.0]
+        loose = loose[(x[loose] - point) @ normal <= 0.0]
     if len(cells) == 0:
         return x, np.zeros((0, 3), dtype=np.int64), loose
     faces, count = unique_faces(cells, 3)
@@ -66,22 +75,22 @@ def image(
     """
     pv = _pyvista()
     camera = camera or Camera()
-    x, triangles, loose = surface(output, i)
+    x, triangles, loose = surface(output, i, camera)
     shade = style.shade(output.field(style.field, i))
     plotter = pv.Plotter(off_screen=True, window_size=size, lighting="light kit")
     try:
         plotter.set_background("white")
-        look = {"clim": (0.0, 1.0), "cmap": style.map(), "show_scalar_bar": False}
+        look = {"clim": (0.0, 1.0), "cmap": style.map(), "show_scalar_bar": False, "ambient": 0.2}
         if len(triangles):
             grains = _mesh(pv, x, triangles, shade, output.frame(i)["mol"], style.is_name)
-            plotter.add_mesh(_cut(grains, camera), scalars="shade", **look)
+            plotter.add_mesh(grains, scalars="shade", **look)
         if len(loose):
             dots = pv.PolyData(x[loose])
             dots["shade"] = shade[loose]
             scale = output.contact_radius
             ball = pv.Sphere(radius=0.5, theta_resolution=8, phi_resolution=8)
             balls = dots.glyph(scale=False, orient=False, factor=scale, geom=ball)
-            plotter.add_mesh(_cut(balls, camera), scalars="shade", **look)
+            plotter.add_mesh(balls, scalars="shade", **look)
         low, high = bounds
         box = pv.Box(np.column_stack([low, high]).ravel())
         plotter.add_mesh(box, style="wireframe", color=WALL, line_width=1.0)
@@ -118,13 +127,6 @@ def _mesh(
     return mesh
 
 
-def _cut(mesh: Any, camera: Camera) -> Any:
-    if camera.cut is None:
-        return mesh
-    point, normal = camera.cut
-    return mesh.clip(normal=normal, origin=point, invert=True)
-
-
 def _moving_walls(
     pv: Any, plotter: Any, output: Output, i: int, bounds: tuple[Array, Array]
 ) -> None:
@@ -134,7 +136,14 @@ def _moving_walls(
         if wall.velocity.any():
             middle = 0.5 * (bounds[0] + bounds[1])
             middle = middle - ((middle - wall.point) @ wall.normal) * wall.normal
-            plane = pv.Plane(middle, wall.normal, 2.0 * size, 2.0 * size, 1, 1)
+            plane = pv.Plane(
+                center=middle,
+                direction=wall.normal,
+                i_size=2.0 * size,
+                j_size=2.0 * size,
+                i_resolution=1,
+                j_resolution=1,
+            )
             slice_ = plane.triangulate().clip_box(box, invert=False)
             if slice_.n_points:
                 plotter.add_mesh(slice_, color=DARK, opacity=0.25)
@@ -146,7 +155,7 @@ def _aim(plotter: Any, bounds: tuple[Array, Array], camera: Camera) -> None:
     towards = np.array([np.cos(e) * np.cos(a), np.cos(e) * np.sin(a), np.sin(e)])
     middle = 0.5 * (low + high)
     plotter.camera.focal_point = middle
-    plotter.camera.position = middle + towards * 2.2 * np.linalg.norm(high - low)
+    plotter.camera.position = middle + towards * 2.0 * np.linalg.norm(high - low)
     plotter.camera.up = camera.up
     plotter.camera.view_angle = 28.0
     plotter.reset_camera_clipping_range()

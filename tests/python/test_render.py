@@ -2,13 +2,15 @@
 
 import re
 import xml.etree.ElementTree as xml
+from dataclasses import replace
 
 import meshio
 import numpy as np
 import pytest
 import scenes
 from matplotlib import image
-from peridem import render
+from peridem import render, render_3d
+from peridem.render_style import style_of
 from peridem.scene import DUMP, NODE_COLUMNS, WALLS
 
 COLUMNS = "id mol type x y vx vy " + " ".join(f"c_node[{i}]" for i in range(1, 6))
@@ -135,3 +137,112 @@ def test_missing_and_foreign_files_are_refused(folder, tmp_path):
     scenes.write_dump(tmp_path / DUMP, [(0, rows_of(made)[:-1])], COLUMNS)
     with pytest.raises(ValueError, match="atoms at step 0"):
         render.Output(tmp_path).intact_cells(0)
+
+
+def test_colours_follow_the_field(folder, tmp_path):
+    output = render.Output(folder)
+    assert {"damage", "stretch", "grain", "speed", "displacement", "type"} <= set(output.fields())
+    assert output.field("speed", 0) == pytest.approx(2.0)
+    assert output.field("displacement", -1).max() == pytest.approx(2e-5, rel=1e-6)
+    style = style_of(output, [0, 1], "displacement")
+    assert style.low == 0.0 and 0.0 < style.high <= 0.5 * scenes.SPACING + 1e-5
+    assert style_of(output, [0], "damage").high == 0.6
+    with pytest.raises(ValueError, match="from 2 to 1"):
+        style_of(output, [0], "speed", 2.0, 1.0)
+    path = render.grains_png(folder, tmp_path / "g.png", [0], field="grain")
+    pixels = image.imread(path)[..., :3]
+    colours = style_of(output, [0], "grain").map()
+    for grain in (1, 2):  # each in its colour of its own
+        colour = colours((grain * 7) % 20 / 19.999)[:3]
+        assert (np.abs(pixels - colour).max(axis=2) < 2.5 / 255).mean() > 0.05
+
+
+@pytest.mark.parametrize("kind", ["gif", "mp4"])
+def test_films_have_all_frames(folder, tmp_path, kind):
+    import imageio.v3 as iio
+
+    path = render.animation(folder, tmp_path / f"a.{kind}", width=200, rate=4)
+    words = {"plugin": "FFMPEG"} if kind == "mp4" else {}
+    frames = list(iio.imiter(path, **words))
+    assert len(frames) == len(STEPS)
+    assert frames[0].shape[1] == 200
+    first, last = (np.asarray(frame, dtype=float)[..., :3] for frame in (frames[0], frames[1]))
+    assert np.abs(first - last).max() > 60.0  # it shows that a grain is torn open
+    assert [p.name for p in tmp_path.iterdir()] == [path.name]  # no half-made file is left
+
+
+def test_plots_show_numbers(folder, tmp_path):
+    (folder / "log.lammps").write_text(" Step Time E F\n0 0 1 2\n200 1e-5 2 3\nLoop time\n")
+    path = render.thermo_png(folder, tmp_path / "t.png", ["E", "F"])
+    assert image.imread(path)[..., :3].std() > 0.05
+    with pytest.raises(KeyError, match="no column 'G' in the log; it has Step, Time, E, F"):
+        render.thermo_png(folder, tmp_path / "t.png", ["G"])
+    path = render.fragments_png(folder, tmp_path / "f.png")
+    assert image.imread(path)[..., :3].std() > 0.05
+    (folder / "log.lammps").unlink()
+
+
+@pytest.fixture(scope="module")
+def ball(tmp_path_factory):
+    """A 3D run of two frames: a ball whole, and pulled apart at its equator."""
+    from peridem import cloud, scene, shapes
+
+    where = tmp_path_factory.mktemp("ball")
+    made = cloud.mesh(shapes.sphere(1e-3), 4e-4).placed((0.0, 0.0, 1.5e-3))
+    wall = scene.Wall("lid", (0.0, 0.0, 3e-3), (0.0, 0.0, -1.0), (0.0, 0.0, -1.0))
+    floor = scene.Wall("floor", (0.0, 0.0, 0.0), (0.0, 0.0, 1.0), (0.0, 0.0, 0.0))
+    scene.Scene(
+        title="A ball",
+        grains=[scene.Grain(made, replace(scenes.SOLID, horizon=1e-3))],
+        contact=scenes.two_grains().contact,
+        walls=[wall, floor],
+        gravity=(0.0, 0.0, 0.0),
+        duration=1e-4,
+    ).write(where)
+    rows = []
+    for shift in (0.0, 1e-3):
+        x = made.nodes.copy()
+        x[x[:, 2] > 1.5e-3, 2] += shift
+        damage = np.where(np.abs(made.nodes[:, 2] - 1.5e-3) < 4e-4, shift / 2e-3, 0.0)
+        rows.append(
+            [[k + 1, 1, 1, *p, 0, 0, 0, d] for k, (p, d) in enumerate(zip(x, damage, strict=True))]
+        )
+    columns = "id mol type x y z vx vy vz c_node[1]"
+    scenes.write_dump(where / DUMP, list(zip((0, 100), rows, strict=True)), columns)
+    return where
+
+
+def test_a_ball_is_drawn_without_a_display(ball, tmp_path, monkeypatch):
+    monkeypatch.delenv("DISPLAY", raising=False)
+    output = render.Output(ball)
+    style = style_of(output, [0, 1])
+    bounds = render_3d.bounds_of(output, [0, 1])
+    shots = [render_3d.image(output, i, style, bounds, (300, 300)) for i in (0, 1)]
+    drawn = [(np.abs(shot.astype(int) - 255).max(axis=2) > 60).mean() for shot in shots]
+    assert 0.05 < drawn[0] < 0.6
+    red = [((s[..., 0] > 100) & (s[..., 1] < 60) & (s[..., 2] < 60)).mean() for s in shots]
+    assert red[0] == 0.0 and red[1] > 0.005  # damage shows at the tear
+    half = render.Camera(cut=((0.0, 0.0, 1.5e-3), (0.0, 0.0, 1.0)))
+    x, triangles, _ = render_3d.surface(output, 0, half)
+    assert 0 < len(triangles) < len(render_3d.surface(output, 0)[1])
+    assert x[triangles].mean(axis=1)[:, 2].max() < 1.8e-3
+    path = render.grains_png(ball, tmp_path / "ball.png", camera=half)
+    assert image.imread(path)[..., :3].std() > 0.05
+    with pytest.raises(ValueError, match="2D scenes only"):
+        render.grains_png(ball, tmp_path / "x.png", chains=True)
+
+
+def test_without_a_library_to_draw_with_it_says_what_to_install(ball, monkeypatch):
+    monkeypatch.delenv("DISPLAY", raising=False)
+    monkeypatch.setattr(render_3d, "LIBRARIES", ("libNoSuch.so.1",))
+    output = render.Output(ball)
+    with pytest.raises(RuntimeError, match="install libegl1"):
+        render_3d.image(output, 0, style_of(output, [0]), render_3d.bounds_of(output, [0]))
+
+
+def test_3d_cells_are_in_the_paraview_files(ball, tmp_path):
+    render.pvd(ball, tmp_path / "b.pvd")
+    meshes = [meshio.read(tmp_path / "b" / f"grains_{i:04d}.vtu") for i in (0, 1)]
+    whole, torn = (len(mesh.cells_dict["tetra"]) for mesh in meshes)
+    assert whole == len(render.Output(ball).cells) > torn > 0
+    assert (meshes[0].cell_data["grain"][0] == 1).all()
