@@ -349,7 +349,9 @@ class _Job:
         ended = report.stopped and self._complete()
         self.close("finished" if not report.stopped or ended else "stopped")
         left = self.restart if report.stopped and not ended and self.restart.is_file() else None
-        steps = restart_step(left) if left else report.steps
+        # the log lacks the last step of a run that 'fix halt' ended
+        ends = run_journal.read(self.script).ended.values()
+        steps = restart_step(left) if left else max(report.steps, *ends, 0)
         return RunReport(steps, report.wall_time, report.stopped and not ended, report.signal, left)
 
     def _complete(self) -> bool:
@@ -433,8 +435,8 @@ def _watch(
             if asked_at is not None and time.monotonic() - asked_at > grace:
                 raise RunError(f"LAMMPS did not stop within {grace:g} s and was ended")
             time.sleep(0.1)
-        shown.show(follower.update())
-    stopped = asked_at is not None or (job.folder / STOP).exists()  # or by hand
+        stopped = asked_at is not None or (job.folder / STOP).exists()  # or by hand
+        shown.show(follower.update(), "stopped" if stopped else "done")
     wall_time = time.monotonic() - begin
     return RunReport(follower.state.step, wall_time, stopped, (requests or [0])[0])
 
