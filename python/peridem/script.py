@@ -319,7 +319,7 @@ def _output(scene: Scene, frame: int, record: int) -> list[str]:
         f"dump grains all custom {frame} {DUMP} id mol type {place} {speed} "
         f"{' '.join(columns)}{more}",
         "# nine digits for positions: overlaps of nodes are small differences of them",
-        "dump_modify grains sort id "
+        "dump_modify grains sort id time yes "
         + " ".join(f"format {k} %.9g" for k in range(4, 4 + scene.dimension)),
     ]
     shown = "step time"
