@@ -52,11 +52,8 @@ def _head(scene: Scene) -> list[str]:
 
     d, count = scene.dimension, len(scene.reference)
     plane = " 2D with unit thickness: volumes are areas, forces are N per m of thickness."
-    sides = ["p" if k in scene.periodic else scene.boundary for k in range(d)]
-    sides += ["p"] * (3 - d)
-    lost = "# a node that leaves the box is an error: the walls are inside it"
-    if scene.boundary != "f":
-        lost = "# the box follows the nodes"
+    sides = scene.sides
+    lost = "# f: a node that leaves the box is an error; s: the box follows the nodes"
     positions = ", reference position" if scene.displaced else ""
     style = "peridem reference" if scene.displaced else "peridem"
     lines = [

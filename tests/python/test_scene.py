@@ -333,6 +333,17 @@ def test_walls_of_all_kinds_in_3d(tmp_path, lmp):
     assert "f_drum[6]" in record and "v_lid_travel" in record
 
 
+def test_the_box_is_fixed_where_a_wall_is_and_follows_the_nodes_elsewhere():
+    closed = scenes.two_grains()
+    assert closed.sides == ["f", "f", "p"]
+    assert "boundary        f f p" in closed.script()
+    floor = scenes.two_grains(walls=closed.walls[:1])
+    assert floor.sides == ["s", "fs", "p"]
+    assert scenes.two_grains(walls=(), boundary="m").sides == ["m", "m", "p"]
+    box = ((0.0, 0.0), (3e-3, 5e-3))
+    assert scenes.two_grains(walls=(), periodic=(0,), box=box).sides == ["p", "s", "p"]
+
+
 def test_displaced_grains_keep_their_reference(tmp_path, lmp):
     cloud_ = square()
     u = 1e-6 * np.random.default_rng(1).standard_normal(cloud_.nodes.shape)
