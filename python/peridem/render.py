@@ -76,8 +76,6 @@ def grains_png(
         ValueError: no such frame, or forces asked for in 3D.
         KeyError: no such field.
     """
-    from matplotlib.cm import ScalarMappable
-    from matplotlib.colors import Normalize
     from matplotlib.figure import Figure
 
     output = Output(folder)
@@ -109,15 +107,22 @@ def grains_png(
         axes.set_title(title, fontsize=10)
     figure.text(0.5, 1.0 - 0.25 / full, output.title, ha="center", va="center", fontsize=13)
     if not style.is_name:
-        bar = figure.add_axes((0.3, 0.45 / full, 0.4, 0.14 / full))
-        figure.colorbar(
-            ScalarMappable(Normalize(style.low, style.high), style.map()),
-            cax=bar,
-            orientation="horizontal",
-            extend="max" if style.field == "damage" and style.high < 1.0 else "neither",
-        ).set_label(style.label, fontsize=9)
+        _colour_bar(figure, style, full)
     figure.savefig(path)
     return Path(path)
+
+
+def _colour_bar(figure: Figure, style: Style, high: float) -> None:
+    """The colour scale below the frames of a figure so many inches high."""
+    from matplotlib.cm import ScalarMappable
+    from matplotlib.colors import Normalize
+
+    figure.colorbar(
+        ScalarMappable(Normalize(style.low, style.high), style.map()),
+        cax=figure.add_axes((0.3, 0.45 / high, 0.4, 0.14 / high)),
+        orientation="horizontal",
+        extend="max" if style.field == "damage" and style.high < 1.0 else "neither",
+    ).set_label(style.label, fontsize=9)
 
 
 def animation(

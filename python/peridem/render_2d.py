@@ -34,7 +34,7 @@ def draw_frame(
         style: which field, in which colours.
         chains: draw the network of contact forces, its widest line for this force; None: do not.
     """
-    from matplotlib.collections import EllipseCollection, LineCollection, PolyCollection
+    from matplotlib.collections import LineCollection, PolyCollection
 
     x = output.frame(i).position[:, :2]
     colours, shade = style.map(), style.shade(output.field(style.field, i))
@@ -57,27 +57,33 @@ def draw_frame(
         )
         axes.add_collection(lines)
     if len(loose):
-        size = np.full(len(loose), output.contact_radius)
-        axes.add_collection(
-            EllipseCollection(
-                size,
-                size,
-                np.zeros(len(loose)),
-                units="xy",
-                offsets=x[loose],
-                offset_transform=axes.transData,
-                facecolors=colours(shade[loose]),
-                edgecolors=DARK,
-                linewidths=0.5 * outline,
-                zorder=3,
-            )
-        )
+        dots = _dots(axes, x[loose], output.contact_radius, colours(shade[loose]), outline)
+        axes.add_collection(dots)
     fill = colours(shade[cells[:, 0]] if style.is_name else shade[cells].mean(axis=1))
     axes.add_collection(
         PolyCollection(list(x[cells]), facecolors=fill, edgecolors=fill, linewidths=0.3, zorder=4)
     )
     if chains is not None:
         draw_chains(axes, output, i, chains)
+
+
+def _dots(axes: Axes, x: Array, diameter: float, fill: Array, outline: float) -> Any:
+    """Nodes that hang on no cell."""
+    from matplotlib.collections import EllipseCollection
+
+    size = np.full(len(x), diameter)
+    return EllipseCollection(
+        size,
+        size,
+        np.zeros(len(x)),
+        units="xy",
+        offsets=x,
+        offset_transform=axes.transData,
+        facecolors=fill,
+        edgecolors=DARK,
+        linewidths=0.5 * outline,
+        zorder=3,
+    )
 
 
 def _rim(cells: Any) -> Any:

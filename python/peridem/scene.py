@@ -108,7 +108,9 @@ class Scene:
         columns: further columns of the dump (``fx fy``).
         energies: whether the thermo output has the account of all energy.
         start_time: time at the start.
-        boundary: of the simulation box in the directions without periodicity: f, s or m.
+        boundary: of the simulation box in the directions without periodicity: f (a node that leaves
+            it is an error), s or m (the box follows the nodes); None: f on sides with a plane wall,
+            s on the others.
         periodic: directions (0, 1, 2) in which the box repeats; they need ``box``.
         box: low and high corner of the simulation box; None: around everything.
         leapfrog: whether velocities start half a step ahead, which is symplectic Euler's rule.
@@ -136,7 +138,7 @@ class Scene:
     columns: tuple[str, ...] = ()
     energies: bool = False
     start_time: float = 0.0
-    boundary: str = "f"
+    boundary: str | None = None
     periodic: tuple[int, ...] = ()
     box: tuple[tuple[float, ...], tuple[float, ...]] | None = None
     leapfrog: bool = False
@@ -193,7 +195,7 @@ class Scene:
         for what in ("frames", "records"):
             if getattr(self, what) < 1:
                 raise ValueError(f"scene: {what} must be at least 1, not {getattr(self, what)}")
-        if self.boundary not in ("f", "s", "m"):
+        if self.boundary not in (None, "f", "s", "m"):
             raise ValueError(f"scene: boundary must be f, s or m, not '{self.boundary}'")
         unknown = [a for a in self.attributes if a not in ATTRIBUTES]
         if unknown:
@@ -385,6 +387,23 @@ class Scene:
 
     def _timestep(self) -> tuple[float, StableStep]:
         return self._step
+
+    @property
+    def sides(self) -> list[str]:
+        """What LAMMPS's ``boundary`` says of each direction: one letter, or two for unlike ends."""
+        found = []
+        for k in range(3):
+            if k in self.periodic or k >= self.dimension:
+                found.append("p")
+                continue
+            if self.boundary is not None:
+                found.append(self.boundary)
+                continue
+            facing = [w.unit_normal[k] for w in self.walls if isinstance(w, Wall)]
+            low, high = (any(sign * n > 0.99 for n in facing) for sign in (1.0, -1.0))
+            ends = ("f" if low else "s") + ("f" if high else "s")
+            found.append(ends[0] if low == high else ends)
+        return found
 
     @property
     def adaptive(self) -> bool:

@@ -52,11 +52,8 @@ def _head(scene: Scene) -> list[str]:
 
     d, count = scene.dimension, len(scene.reference)
     plane = " 2D with unit thickness: volumes are areas, forces are N per m of thickness."
-    sides = ["p" if k in scene.periodic else scene.boundary for k in range(d)]
-    sides += ["p"] * (3 - d)
-    lost = "# a node that leaves the box is an error: the walls are inside it"
-    if scene.boundary != "f":
-        lost = "# the box follows the nodes"
+    sides = scene.sides
+    lost = "# f: a node that leaves the box is an error; s: the box follows the nodes"
     positions = ", reference position" if scene.displaced else ""
     style = "peridem reference" if scene.displaced else "peridem"
     lines = [
@@ -319,7 +316,7 @@ def _output(scene: Scene, frame: int, record: int) -> list[str]:
         f"dump grains all custom {frame} {DUMP} id mol type {place} {speed} "
         f"{' '.join(columns)}{more}",
         "# nine digits for positions: overlaps of nodes are small differences of them",
-        "dump_modify grains sort id "
+        "dump_modify grains sort id time yes "
         + " ".join(f"format {k} %.9g" for k in range(4, 4 + scene.dimension)),
     ]
     shown = "step time"

@@ -50,6 +50,7 @@ void PeridemBatch::init(FixPeridemBonds *_bonds, const std::vector<Law> &_laws, 
   laws = _laws;
   forced = _forced;
   reported = false;
+  thePlan.forget();
   any_viscous = std::any_of(laws.begin(), laws.end(), [](const Law &law) {
     return law.here && law.viscous;
   });
@@ -185,35 +186,34 @@ void PeridemBatch::drop_broken()
 
 /* ---------------------------------------------------------------------- */
 
+template <int DIM>
 void PeridemBatch::gather(const PeridemBatchGroup &group, bool velocities,
                           std::vector<Pack> &to) const
 {
-  const int dim = domain->dimension, nlocal = atom->nlocal;
+  const int nlocal = atom->nlocal;
   const auto &share = thePlan.share;
   const double *const values = velocities ? atom->v[0] : atom->x[0];
-  to.resize(static_cast<std::size_t>(dim) * group.nodes);
-  for (int n = 0; n < group.nodes; n++)
+  const int *index = group.index.data();
+  to.resize(static_cast<std::size_t>(DIM) * group.nodes);
+  Pack *pack = to.data();
+  for (int n = 0; n < group.nodes; n++, pack += DIM)
     for (int lane = 0; lane < WIDTH; lane++) {
-      const int i = group.index[n * WIDTH + lane];
-      const double *one;
-      if (i < nlocal)
-        one = values + 3 * static_cast<bigint>(i);
-      else
-        one = velocities ? share.velocity(i - nlocal) : share.place(i - nlocal);
-      for (int m = 0; m < dim; m++) PeridemSimd::set(to[dim * n + m], lane, one[m]);
+      const int i = *index++;
+      const double *one = values + 3 * static_cast<bigint>(i);
+      if (i >= nlocal) one = velocities ? share.velocity(i - nlocal) : share.place(i - nlocal);
+      for (int m = 0; m < DIM; m++) PeridemSimd::set(pack[m], lane, one[m]);
     }
 }
 
 /* ---------------------------------------------------------------------- */
 
-void PeridemBatch::shift(const PeridemBatchGroup &group)
+template <int DIM> void PeridemBatch::shift(const PeridemBatchGroup &group)
 {
   if (group.shift.empty()) return;
-  const int dim = domain->dimension;
   for (int n = 0; n < group.nodes; n++)
     for (int lane = 0; lane < WIDTH; lane++)
-      for (int m = 0; m < dim; m++) {
-        auto &pack = x[dim * n + m];
+      for (int m = 0; m < DIM; m++) {
+        auto &pack = x[DIM * n + m];
         PeridemSimd::set(pack, lane,
                          PeridemSimd::get(pack, lane) + group.shift[3 * (n * WIDTH + lane) + m]);
       }
@@ -223,15 +223,15 @@ void PeridemBatch::shift(const PeridemBatchGroup &group)
 
 template <int DIM> void PeridemBatch::one_group(PeridemBatchGroup &group)
 {
-  gather(group, false, x);
-  shift(group);
+  gather<DIM>(group, false, x);
+  shift<DIM>(group);
   stretches<DIM>(group);
   if (std::isfinite(laws[group.type].s0)) {
     if (look_closely(group)) stretches<DIM>(group);
     record_stretches(group);
   }
   forces<DIM>(group);
-  scatter(group);
+  scatter<DIM>(group);
 }
 
 /* ---------------------------------------------------------------------- */
@@ -350,7 +350,7 @@ template <int DIM> void PeridemBatch::forces(PeridemBatchGroup &group)
   for (int n = 0; n < group.nodes; n++) pressure[n].v = group.soft[n].v * group.sum[n].v;
   force.assign(static_cast<std::size_t>(DIM) * group.nodes, Pack{});
   if (laws[group.type].viscous) {
-    gather(group, true, v);
+    gather<DIM>(group, true, v);
     force_pass<DIM, true>(list, x.data(), v.data(), pressure.data(), group.stiff.data(),
                           group.dashpot.data(), force.data());
   } else {
@@ -361,11 +361,12 @@ template <int DIM> void PeridemBatch::forces(PeridemBatchGroup &group)
 
 /* ---------------------------------------------------------------------- */
 
-void PeridemBatch::scatter(const PeridemBatchGroup &group)
+template <int DIM> void PeridemBatch::scatter(const PeridemBatchGroup &group)
 {
-  const int dim = domain->dimension, nlocal = atom->nlocal;
+  const int nlocal = atom->nlocal;
   double *const f = atom->f[0];
-  for (int n = 0; n < group.nodes; n++)
+  const Pack *pack = force.data();
+  for (int n = 0; n < group.nodes; n++, pack += DIM)
     for (int lane = 0; lane < group.lanes; lane++) {
       const int i = group.index[n * WIDTH + lane];
       double *one = f + 3 * static_cast<bigint>(i);
@@ -373,7 +374,7 @@ void PeridemBatch::scatter(const PeridemBatchGroup &group)
         one = thePlan.share.result(i - nlocal);
         one[3] = PeridemSimd::get(group.sum[n], lane);
       }
-      for (int m = 0; m < dim; m++) one[m] += PeridemSimd::get(force[dim * n + m], lane);
+      for (int m = 0; m < DIM; m++) one[m] += PeridemSimd::get(pack[m], lane);
     }
 }
 

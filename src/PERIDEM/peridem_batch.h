@@ -70,8 +70,9 @@ class PeridemBatch : protected Pointers {
   void drop_broken();
   void compute_groups(std::size_t begin, std::size_t end);
   void take_results(int, const double *);
+  template <int DIM>
   void gather(const PeridemBatchGroup &, bool velocities, std::vector<PeridemSimd::Pack> &) const;
-  void shift(const PeridemBatchGroup &);
+  template <int DIM> void shift(const PeridemBatchGroup &);
   template <int DIM> void one_group(PeridemBatchGroup &);
   template <int DIM> void stretches(PeridemBatchGroup &);
   bool look_closely(PeridemBatchGroup &);
@@ -79,7 +80,7 @@ class PeridemBatch : protected Pointers {
   void record_stretches(PeridemBatchGroup &);
   void record_stretch(PeridemBatchGroup &, int n, double scale);
   template <int DIM> void forces(PeridemBatchGroup &);
-  void scatter(const PeridemBatchGroup &);
+  template <int DIM> void scatter(const PeridemBatchGroup &);
 };
 
 }    // namespace LAMMPS_NS

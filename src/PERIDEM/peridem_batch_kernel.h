@@ -51,12 +51,12 @@ namespace PeridemBatchKernel {
   void stretch_pass(const Bonds &bonds, const Pack *x, Pack *sum, Pack *top)
   {
     for (int n = 0; n < bonds.nodes; n++) {
-      Lanes xn[DIM], d[DIM], r, unused;
+      Lanes xn[DIM], d[DIM];
       for (int m = 0; m < DIM; m++) xn[m] = x[DIM * n + m].v;
       Lanes mysum = sum[n].v, mytop = top[n].v;
       for (int k = bonds.first[n]; k < bonds.first[n + 1]; k++) {
         const int j = bonds.partner[k];
-        PeridemSimd::root(separation<DIM>(x, j, xn, d), r, unused);
+        const Lanes r = PeridemSimd::root(separation<DIM>(x, j, xn, d));
         const Lanes s = r * bonds.inverse[k].v - 1.0;
         const Lanes q = bonds.strength[k].v;
         const Lanes part = q * s;
@@ -80,7 +80,7 @@ namespace PeridemBatchKernel {
                   const Pack *g, Pack *force)
   {
     for (int n = 0; n < bonds.nodes; n++) {
-      Lanes xn[DIM], vn[DIM], d[DIM], f[DIM], r, inverse_r, gn{};
+      Lanes xn[DIM], vn[DIM], d[DIM], f[DIM], inverse_r, gn{};
       for (int m = 0; m < DIM; m++) {
         xn[m] = x[DIM * n + m].v;
         f[m] = force[DIM * n + m].v;
@@ -90,7 +90,7 @@ namespace PeridemBatchKernel {
       if (VISCOUS) gn = g[n].v;
       for (int k = bonds.first[n]; k < bonds.first[n + 1]; k++) {
         const int j = bonds.partner[k];
-        PeridemSimd::root(separation<DIM>(x, j, xn, d), r, inverse_r);
+        const Lanes r = PeridemSimd::root(separation<DIM>(x, j, xn, d), inverse_r);
         const Lanes inverse = bonds.inverse[k].v;
         Lanes t = (an + a[j].v) + (bn + b[j].v) * (r * inverse - 1.0);
         if (VISCOUS) {

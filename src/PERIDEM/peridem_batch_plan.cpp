@@ -23,6 +23,7 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <numeric>
 #include <tuple>
 
 using namespace LAMMPS_NS;
@@ -45,10 +46,11 @@ bool PeridemBatchGroup::drop_bond(int lane, int n, int m)
   const auto at = std::lower_bound(begin, end, m);
   if (at == end || *at != m) return false;
   const auto k = at - partner.begin();
-  const bool held = PeridemSimd::get(strength[k], lane) != 0.0;
+  const bool had = PeridemSimd::get(strength[k], lane) != 0.0;
   PeridemSimd::set(inverse[k], lane, 0.0);
   PeridemSimd::set(strength[k], lane, 0.0);
-  return held;
+  if (had) held[lane] -= 2;
+  return had;
 }
 
 /* ---------------------------------------------------------------------- */
@@ -58,7 +60,7 @@ double PeridemBatchGroup::memory_usage() const
   const std::size_t packs = inverse.size() + strength.size() + soft.size() + stiff.size() +
       dashpot.size() + sum.size() + most.size();
   return static_cast<double>(packs * sizeof(Pack) + (index.size() + first.size()) * sizeof(int) +
-                             partner.size() * sizeof(unsigned short));
+                             ids.size() * sizeof(tagint) + partner.size() * sizeof(unsigned short));
 }
 
 /* ---------------------------------------------------------------------- */
@@ -166,15 +168,18 @@ void PeridemBatchPlan::build(const FixPeridemBonds *_bonds, const std::vector<La
   stiffness = _stiffness;
   dashpot = _dashpot;
   nlocal = atom->nlocal;
-  groups.clear();
   left.fill(0);
+  covered.assign(nlocal, 0);
+  number.assign(nlocal, -1);
+  places.assign(nlocal, {-1, -1});
+  keep_groups(forced);
+
   const auto mine = candidates(laws);
   share.assemble(bonds, mine, stiffness, dashpot);
-
   const std::size_t count = nlocal + share.nodes.size();
-  covered.assign(count, 0);
-  number.assign(count, -1);
-  places.assign(count, {-1, -1});
+  covered.resize(count, 0);
+  number.resize(count, -1);
+  places.resize(count, {-1, -1});
   auto grains = find_grains(mine);
   if (share.any()) add_borrowed(grains);
 
@@ -195,7 +200,90 @@ void PeridemBatchPlan::build(const FixPeridemBonds *_bonds, const std::vector<La
 }
 
 /* ----------------------------------------------------------------------
-   nodes that have, or had, bonds, by grain and ID
+   Full groups whose grains are still here, with the bonds that they had, need new indices alone:
+   most reneighbourings change little.
+------------------------------------------------------------------------- */
+
+void PeridemBatchPlan::keep_groups(bool forced)
+{
+  if (natoms != atom->natoms) groups.clear();
+  natoms = atom->natoms;
+  std::size_t next = 0;
+  for (std::size_t g = 0; g < groups.size(); g++) {
+    if (g >= first_shared || !keep(groups[g], forced)) continue;
+    if (g != next) groups[next] = std::move(groups[g]);
+    enter(groups[next], next);
+    next++;
+  }
+  groups.resize(next);
+  kept = next;
+}
+
+/* ---------------------------------------------------------------------- */
+
+bool PeridemBatchPlan::keep(PeridemBatchGroup &group, bool forced) const
+{
+  if (group.lanes < WIDTH || !(forced || gains(group))) return false;
+  group.shift.clear();
+  for (int lane = 0; lane < WIDTH; lane++) {
+    Grain grain;
+    if (!find_lane(group, lane, grain)) return false;
+    put_shift(group, lane, grain);
+  }
+  return true;
+}
+
+/* ---------------------------------------------------------------------- */
+
+bool PeridemBatchPlan::find_lane(PeridemBatchGroup &group, int lane, Grain &grain) const
+{
+  bigint found = 0;
+  for (int n = 0; n < group.nodes; n++) {
+    const int at = n * WIDTH + lane, i = atom->map(group.ids[at]);
+    if (i < 0 || i >= nlocal || bonds->rigid[i]) return false;
+    group.index[at] = i;
+    grain.nodes.push_back(i);
+    found += bonds->num[i];
+  }
+  return found == group.held[lane] && unwrap(grain);
+}
+
+/* ---------------------------------------------------------------------- */
+
+void PeridemBatchPlan::put_shift(PeridemBatchGroup &group, int lane, const Grain &grain)
+{
+  if (grain.shift.empty()) return;
+  group.shift.resize(3 * group.index.size(), 0.0);
+  for (int n = 0; n < group.nodes; n++)
+    std::copy_n(&grain.shift[3 * n], 3, &group.shift[3 * (n * WIDTH + lane)]);
+}
+
+/* ---------------------------------------------------------------------- */
+
+void PeridemBatchPlan::enter(const PeridemBatchGroup &group, std::size_t place)
+{
+  for (int n = 0; n < group.nodes; n++)
+    for (int lane = 0; lane < group.lanes; lane++) {
+      const int i = group.index[n * WIDTH + lane];
+      covered[i] = 1;
+      number[i] = n;
+      places[i] = {static_cast<int>(place), lane};
+    }
+}
+
+/* ----------------------------------------------------------------------
+   is the group faster than the general engine?
+------------------------------------------------------------------------- */
+
+bool PeridemBatchPlan::gains(const PeridemBatchGroup &group)
+{
+  const bigint directed = std::accumulate(group.held.begin(), group.held.end(), bigint{0});
+  return 0.5 * static_cast<double>(directed) >=
+      BREAK_EVEN * static_cast<double>(group.partner.size());
+}
+
+/* ----------------------------------------------------------------------
+   nodes in no group yet that have, or had, bonds, by grain and ID
 ------------------------------------------------------------------------- */
 
 std::vector<int> PeridemBatchPlan::candidates(const std::vector<Law> &laws) const
@@ -203,7 +291,8 @@ std::vector<int> PeridemBatchPlan::candidates(const std::vector<Law> &laws) cons
   const tagint *const mol = atom->molecule, *const id = atom->tag;
   std::vector<int> nodes;
   for (int i = 0; i < nlocal; i++)
-    if (laws[atom->type[i]].here && bonds->num[i] >= 0 && bonds->nref[i] > 0) nodes.push_back(i);
+    if (laws[atom->type[i]].here && bonds->num[i] >= 0 && bonds->nref[i] > 0 && !covered[i])
+      nodes.push_back(i);
   std::sort(nodes.begin(), nodes.end(), [&](int i, int j) {
     return mol[i] < mol[j] || (mol[i] == mol[j] && id[i] < id[j]);
   });
@@ -362,7 +451,7 @@ void PeridemBatchPlan::form_groups(Grains &grains, const std::vector<Law> &laws,
     const auto ka = kind(a), kb = kind(b);
     return ka < kb || (ka == kb && a.size < b.size);
   });
-  first_shared = 0;
+  first_shared = groups.size();
   const auto *const stop = grains.data() + grains.size();
   for (const auto *first = grains.data(), *last = first; first < stop; first = last) {
     while (last < stop && last < first + WIDTH && kind(*last) == kind(*first)) last++;
@@ -386,20 +475,21 @@ bool PeridemBatchPlan::build_group(const Grain *first, const Grain *last, bool f
   group.type = first->type;
   unite(first, group);
 
-  bigint directed = 0;
-  for (const auto *grain = first; grain < last; grain++)
-    for (int i : grain->nodes) directed += row(i).count;
-  const double united = static_cast<double>(group.partner.size());
-  if (!forced && 0.5 * static_cast<double>(directed) < BREAK_EVEN * united) return false;
-
+  count_bonds(first, group);
+  if (!forced && !gains(group)) return false;
   fill(first, group);
-  for (const auto *grain = first; grain < last; grain++)
-    for (int i : grain->nodes) {
-      covered[i] = 1;
-      places[i] = {static_cast<int>(groups.size()), static_cast<int>(grain - first)};
-    }
+  enter(group, groups.size());
   groups.push_back(std::move(group));
   return true;
+}
+
+/* ---------------------------------------------------------------------- */
+
+void PeridemBatchPlan::count_bonds(const Grain *first, PeridemBatchGroup &group) const
+{
+  group.held.assign(group.lanes, 0);
+  for (int lane = 0; lane < group.lanes; lane++)
+    for (int i : first[lane].nodes) group.held[lane] += row(i).count;
 }
 
 /* ----------------------------------------------------------------------
@@ -436,6 +526,9 @@ void PeridemBatchPlan::fill(const Grain *first, PeridemBatchGroup &group) const
   group.inverse.assign(group.partner.size(), zero);
   group.strength.assign(group.partner.size(), zero);
   group.index.resize(group.nodes * WIDTH);
+  group.ids.resize(group.nodes * WIDTH);
+  for (int lane = 0; lane < WIDTH; lane++)
+    put_shift(group, lane, first[lane < group.lanes ? lane : 0]);
   std::vector<int> slot(group.nodes);
   for (int n = 0; n < group.nodes; n++) {
     for (int k = group.first[n]; k < group.first[n + 1]; k++) slot[group.partner[k]] = k;
@@ -443,10 +536,7 @@ void PeridemBatchPlan::fill(const Grain *first, PeridemBatchGroup &group) const
       const int used = lane < group.lanes ? lane : 0;
       const auto &grain = first[used];
       const int i = group.index[n * WIDTH + lane] = grain.nodes[n];
-      if (!grain.shift.empty()) {
-        group.shift.resize(3 * group.index.size(), 0.0);
-        std::copy_n(&grain.shift[3 * n], 3, &group.shift[3 * (n * WIDTH + lane)]);
-      }
+      group.ids[n * WIDTH + lane] = tag(i);
       if (lane != used) continue;
       const auto mine = row(i);
       for (int k = 0; k < mine.count; k++) {

@@ -31,11 +31,14 @@ class FixPeridemBonds;
 struct PeridemBatchGroup {
   int type{0};
   int nodes{0};
-  int lanes{0};              // grains; the other lanes repeat the first, without bonds
-  std::vector<int> index;    // of node n of the grain in a lane, [n * WIDTH + lane]; see below
-  std::vector<double>
-      shift;    // three for each of these: to the side of the periodic box where node
-                // 0 is; empty if there is nothing to shift
+  int lanes{0};                // grains; the other lanes repeat the first, without bonds
+  std::vector<int> index;      // of node n of the grain in a lane, [n * WIDTH + lane]; see below
+  std::vector<tagint> ids;     // of the same
+  std::vector<bigint> held;    // bonds that the grain in a lane has, counted from both ends
+
+  // three for each of the indices: to the side of the periodic box where node 0 is; empty if there
+  // is nothing to shift
+  std::vector<double> shift;
 
   // bonds first[n] <= k < first[n + 1] lead from node n to nodes partner[k] > n
   std::vector<int> first;
@@ -75,9 +78,13 @@ class PeridemBatchPlan : protected Pointers {
   void build(const FixPeridemBonds *, const std::vector<Law> &, const double *stiffness,
              const double *dashpot, bool forced);
 
+  // build everything anew next time
+  void forget() { groups.clear(); }
+
   PeridemBatchShare share;
   std::vector<PeridemBatchGroup> groups;
   std::size_t first_shared{0};    // groups from here on have borrowed nodes
+  std::size_t kept{0};            // groups before this are those of the last plan
   std::vector<char> covered;      // by index: is the node in a batch, here or on another rank?
   struct Place {
     int group, lane;
@@ -115,6 +122,13 @@ class PeridemBatchPlan : protected Pointers {
   const FixPeridemBonds *bonds{nullptr};
   const double *stiffness{nullptr}, *dashpot{nullptr};
   int nlocal{0};
+  bigint natoms{-1};
+
+  void keep_groups(bool forced);
+  bool keep(PeridemBatchGroup &, bool forced) const;
+  bool find_lane(PeridemBatchGroup &, int lane, Grain &) const;
+  static void put_shift(PeridemBatchGroup &, int lane, const Grain &);
+  void enter(const PeridemBatchGroup &, std::size_t place);
 
   tagint tag(int) const;
   int type(int) const;
@@ -127,12 +141,14 @@ class PeridemBatchPlan : protected Pointers {
   Grains find_grains(const std::vector<int> &) const;
   void add_borrowed(Grains &) const;
   int unfit(Grain &) const;
+  static bool gains(const PeridemBatchGroup &);
   bool flat(const Grain &) const;
   bool unwrap(Grain &) const;
   std::vector<double> profile(Grain &) const;
   void find_shapes(Grains &) const;
   void form_groups(Grains &, const std::vector<Law> &, bool forced);
   bool build_group(const Grain *first, const Grain *last, bool forced);
+  void count_bonds(const Grain *first, PeridemBatchGroup &) const;
   void unite(const Grain *first, PeridemBatchGroup &) const;
   void fill(const Grain *first, PeridemBatchGroup &) const;
   void fill_nodes(PeridemBatchGroup &, const std::vector<Law> &) const;

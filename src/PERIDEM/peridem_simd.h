@@ -61,7 +61,13 @@ namespace PeridemSimd {
 
   inline Lanes larger(Lanes a, Lanes b)
   {
+#if defined(__AVX512F__)
+    return (Lanes) _mm512_max_pd((__m512d) a, (__m512d) b);
+#elif defined(__AVX__)
+    return (Lanes) _mm256_max_pd((__m256d) a, (__m256d) b);
+#else
     return a > b ? a : b;
+#endif
   }
 
   // is a > b in any lane?
@@ -80,34 +86,53 @@ namespace PeridemSimd {
   }
 
 #if defined(__AVX512F__)
-  // Goldschmidt's iteration from 14 bits, twice, and a last correction of the root: a third of the
-  // time of a square root and a division, errors of one unit in the last place
-  inline void root(Lanes square, Lanes &r, Lanes &inverse)
+  // From 14 bits, one step of Goldschmidt's iteration and a correction of the root: to the last place
+  // in a third of the time of the processor's square root.  half: 1/(2 r) to 27 bits
+  inline Lanes root_and_half(Lanes square, Lanes &half)
   {
     const Lanes start = (Lanes) _mm512_rsqrt14_pd((__m512d) square);
-    r = square * start;
-    Lanes half = 0.5 * start;
-    for (int k = 0; k < 2; k++) {
-      const Lanes rest = 0.5 - r * half;
-      r += r * rest;
-      half += half * rest;
-    }
-    r += (square - r * r) * half;
+    Lanes r = square * start;
+    half = 0.5 * start;
+    const Lanes rest = 0.5 - r * half;
+    r += r * rest;
+    half += half * rest;
+    return r + (square - r * r) * half;
+  }
+
+  inline Lanes root(Lanes square)
+  {
+    Lanes half;
+    return root_and_half(square, half);
+  }
+
+  // inverse: 1/r, to the last place but one
+  inline Lanes root(Lanes square, Lanes &inverse)
+  {
+    Lanes half;
+    const Lanes r = root_and_half(square, half);
     inverse = half + half;
+    inverse += inverse * (1.0 - r * inverse);
+    return r;
   }
 #else
-  inline void root(Lanes square, Lanes &r, Lanes &inverse)
+  inline Lanes root(Lanes square)
   {
 #if defined(__AVX__)
-    r = (Lanes) _mm256_sqrt_pd((__m256d) square);
+    return (Lanes) _mm256_sqrt_pd((__m256d) square);
 #elif defined(__SSE2__)
-    r = (Lanes) _mm_sqrt_pd((__m128d) square);
+    return (Lanes) _mm_sqrt_pd((__m128d) square);
 #elif defined(__GNUC__)
-    r = Lanes{std::sqrt(square[0]), std::sqrt(square[1])};
+    return Lanes{std::sqrt(square[0]), std::sqrt(square[1])};
 #else
-    r = std::sqrt(square);
+    return std::sqrt(square);
 #endif
+  }
+
+  inline Lanes root(Lanes square, Lanes &inverse)
+  {
+    const Lanes r = root(square);
     inverse = 1.0 / r;
+    return r;
   }
 #endif
 

@@ -1,6 +1,7 @@
 """Runs that are cut off and go on: what they equal, and that nothing is in their output twice."""
 
 import gzip
+import importlib.util
 import os
 import re
 import signal
@@ -274,3 +275,26 @@ def test_commands_are_told_apart():
     assert run_script.broken_bonds("pair_style peridem/lps") == "f_peridem_bonds[2]"
     assert run_script.broken_bonds("fix b all peridem/bonds cut ...") == "f_b[2]"
     assert run_script.broken_bonds("pair_style lj/cut 1") is None
+
+
+def test_a_run_in_this_process_stops_and_goes_on(tmp_path, lmp):
+    if importlib.util.find_spec("lammps") is None and not os.environ.get("PERIDEM_TESTS_MUST_RUN"):
+        pytest.skip("no lammps module")
+    script = stages(tmp_path, length=2000)
+    code = (
+        "import os, signal, sys, threading, time\n"
+        "from peridem import run, run_journal\n"
+        f"script = run.find_script({str(script)!r})\n"
+        "def wait():\n"
+        "    while 2 not in run_journal.read(script).began:\n"
+        "        time.sleep(0.005)\n"
+        "    os.kill(os.getpid(), signal.SIGINT)\n"
+        "threading.Thread(target=wait, daemon=True).start()\n"
+        "first = run.run_in_process(script, quiet=True)\n"
+        "second = run.run_in_process(script, quiet=True, resume=True)\n"
+        "print(first.stopped, first.signal == signal.SIGINT, second.stopped, second.steps)\n"
+    )
+    ended = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=60)
+    assert ended.returncode == 0, ended.stderr
+    assert ended.stdout.split() == ["True", "True", "False", "6100"]
+    assert results.Dump(tmp_path / "frames.dump").steps.tolist() == list(range(0, 6101, 50))

@@ -7,8 +7,11 @@ import meshio
 import numpy as np
 import pytest
 import scenes
-from peridem import packing, scene, shapes
-from peridem.material import Contact, Material
+from peridem import packing, results, run, scene, shapes
+from peridem.deck.bodies import lattice
+from peridem.loads import Cut, Force, Motion, Nodes, ranges
+from peridem.material import BondMaterial, Contact, Inert, Interface, Material
+from peridem.regions import Block, Cylinder, Rotation, Sphere
 
 
 def lines(text, command):
@@ -173,3 +176,223 @@ def test_horizon_below_the_spacing_is_refused_before_anything_is_written(tmp_pat
     with pytest.raises(ValueError, match="no other within the horizon"):
         lonely.write(tmp_path)
     assert not list(tmp_path.iterdir())
+
+
+# ---- walls, loads, materials and output beyond the simplest --------------------------------------
+
+
+def square(spacing=2e-4, sides=(1e-3, 1e-3), at=(0.0, 0.0)):
+    """A rectangle of nodes on a square lattice."""
+    counts = np.round(np.divide(sides, spacing)).astype(int)
+    made = lattice(np.zeros(2), np.array(sides), counts, "square")
+    return made.placed(at)
+
+
+def run_steps(made, folder, lmp, steps=None):
+    """Run a scene, all of it or so many steps; returns its dump with 15 digits."""
+    script = made.write(folder)
+    text = re.sub(r"sort id.*", "sort id format float %.15g", script.read_text())
+    if steps:
+        text = re.sub(r"(?m)^run +\d+", f"run {steps}", text)
+    script.write_text(text)
+    run.run(script, lmp=lmp, quiet=True)
+    return results.Dump(folder / scene.DUMP)
+
+
+BASE = {"title": "t", "contact": Contact(), "duration": 2e-6, "frames": 1, "records": 2}
+
+
+def test_prescribed_motions_are_what_they_say(tmp_path, lmp):
+    """Held, moving, turning and following nodes of four squares."""
+    centres = [(0.0, 0.0), (2e-3, 0.0), (0.0, 2e-3), (2e-3, 2e-3)]
+    grains = [scene.Grain(square(at=at), scenes.SOLID) for at in centres]
+    low = Block((-1.0, -1.0), (1.0, 1e-9))
+    motions = [
+        Motion.held("foot", Nodes((1,), low), (True, False)),
+        Motion.constant("slide", Nodes((2,)), (0.5, -0.25)),
+        Motion.turning("wheel", Nodes((3,)), Rotation(2e4, (5e-4, 2.5e-3))),
+        Motion.following(
+            "wave", Nodes((4,)), ("1e-6*sin(1e6*time)", None), ("cos(1e6*time)", None)
+        ),
+    ]
+    made = scene.Scene(grains=grains, motions=motions, timestep=2e-8, **BASE)
+    dump = run_steps(made, tmp_path, lmp)
+    first, last = dump[0].position, dump[-1].position
+    moved, number = last - first, made.grain_of_node
+    foot = (number == 1) & (first[:, 1] < 1e-9)
+    assert foot.sum() == 6 and np.abs(moved[foot, 0]).max() == 0.0
+    time = dump.steps[-1] * 2e-8
+    # positions of 2e-3 have 15 digits, and are sums of a hundred steps
+    assert moved[number == 2] == pytest.approx(
+        np.tile((0.5 * time, -0.25 * time), (36, 1)), abs=1e-16
+    )
+    x = first[number == 3] - (5e-4, 2.5e-3)
+    c, s = np.cos(2e4 * time), np.sin(2e4 * time)
+    turned = x @ np.array([[c, s], [-s, c]]) + (5e-4, 2.5e-3)
+    assert last[number == 3] == pytest.approx(turned, abs=1e-16)
+    assert moved[number == 4, 0] == pytest.approx(1e-6 * np.sin(1e6 * time), abs=1e-17)
+    assert not made.adaptive
+
+
+def test_forces_push_by_volume_and_place(tmp_path, lmp):
+    grains = [scene.Grain(square(), scenes.SOLID)]
+    force = Force("push", Nodes((1,)), ("1e9*{X}", 2e5))
+    made = scene.Scene(grains=grains, forces=[force], columns=("fx", "fy"), timestep=2e-8, **BASE)
+    dump = run_steps(made, tmp_path, lmp, 1)
+    volumes = grains[0].cloud.volumes
+    assert dump[0]["fx"] == pytest.approx(1e9 * made.reference[:, 0] * volumes, rel=1e-12)
+    assert dump[0]["fy"] == pytest.approx(2e5 * volumes, rel=1e-12)
+
+
+def test_cuts_interfaces_and_protected_nodes(tmp_path, lmp):
+    """A square of two materials, weakly joined, with a notch and a protected side."""
+    cloud_ = square()
+    right = cloud_.nodes[:, 0] > 5e-4
+    weak = Material(2e7, 0.25, 1200.0, 6e-4, gc=3.0, name="weak")
+    made = scene.Scene(
+        grains=[scene.Grain(cloud_, scenes.SOLID, parts=((right, weak),))],
+        interfaces=[Interface(("solid", "weak"), "s0 0.001 horizon 6e-4")],
+        cuts=[Cut.segment((0.0, 5e-4), (3e-4, 5e-4)), Cut.within(Block((6e-4, 0.0), (7e-4, 1e-4)))],
+        unbroken=Nodes((1,), Block((-1.0, 9e-4), (1.0, 1.0))),
+        energies=True,
+        attributes=("fragment", "sxx"),
+        **BASE,
+    )
+    dump = run_steps(made, tmp_path, lmp)
+    assert set(dump[0]["type"]) == {1.0, 2.0}
+    assert (dump[0]["type"] == np.where(right, 2.0, 1.0)).all()
+    # bonds that the notch cuts count as damage of the nodes beside it
+    beside = (cloud_.nodes[:, 0] < 1e-9) & (np.abs(cloud_.nodes[:, 1] - 5e-4) < 2e-4)
+    assert (dump[0]["c_node[1]"][beside] > 0.1).all()
+    table = results.thermo(tmp_path / run.LOG)
+    assert "c_books[8]" in table
+
+
+def test_pairs_of_materials_touch_in_their_own_way(tmp_path, lmp):
+    one, two = (Material(2e7, 0.25, 1200.0, 6e-4, name=name) for name in ("one", "two"))
+    grains = [scene.Grain(square(at=(2e-3 * k, 0.0)), m) for k, m in enumerate((one, two, one))]
+    pairs = {
+        ("two", "one"): Contact(radius=1e-4, friction=0.5, tangential="regularised"),
+        ("two", "two"): Contact(radius=1e-4, stiffness=1e24, damping=1e-3, fragments=False),
+    }
+    made = scene.Scene(grains=grains, pairs=pairs, **BASE)
+    said = {
+        tuple(w[:2]): " ".join(w[3:])
+        for w in lines(made.script(), "pair_coeff")
+        if "peridem/contact" in w
+    }
+    assert "friction 0.5 tangential regularised" in said["1", "2"]
+    assert "stiffness 1e+24 damping 0.001" in said["2", "2"] and "fragments no" in said["2", "2"]
+    assert "form bulk 10 restitution 1 friction 0" in said["1", "1"]
+    run_steps(made, tmp_path, lmp)
+
+
+@pytest.mark.parametrize(
+    "solid",
+    [
+        Material(2e7, 0.2, 1200.0, 6e-4, s0=0.1, influence="gaussian", width=0.4, plane="stress"),
+        Material(2e7, 0.2, 1200.0, 6e-4, influence="inverse", volume="full", breaking="both"),
+        Material(2e7, 0.2, 1200.0, 6e-4, gc=3.0, taper=1e-4, viscosity=2.0, influence="constant"),
+        BondMaterial(1200.0, 6e-4, young=2e7, gc=3.0),
+        BondMaterial(1200.0, 6e-4, bulk=2e7, potential="elastic", plane="stress"),
+        BondMaterial(1200.0, 6e-4, c=1e16, s0=0.1, viscosity=1.0),
+        BondMaterial(1200.0, 6e-4, potential="rnp", depth=1e12, beta=1e4, breaking="both"),
+    ],
+)
+def test_every_solid_is_known_to_lammps_and_its_step_is_lammpss(tmp_path, lmp, solid):
+    made = scene.Scene(grains=[scene.Grain(square(), solid)], **BASE)
+    run_steps(made, tmp_path, lmp, 2)
+    (limits,) = re.findall(r"time step set to .*", (tmp_path / run.LOG).read_text())
+    bonds = float(re.search(r"bonds alone (\S+),", limits)[1])
+    contacts = float(re.search(r"contacts alone ([^,)]+)", limits)[1])
+    _, stable = made._timestep()
+    # printed with four digits; the frequency is settled to 1e-4
+    assert stable.bonds == pytest.approx(bonds, rel=1e-3)
+    assert stable.contacts == pytest.approx(contacts, rel=1e-3)
+
+
+def test_walls_of_all_kinds_in_3d(tmp_path, lmp):
+    cube = lattice(np.zeros(3), np.full(3, 8e-4), np.full(3, 4), "cube")
+    solid = Material(2e7, 0.25, 1200.0, 6e-4)
+    drum = Cylinder((0.0, 0.0), 5e-3, "z", -5e-3, 5e-3)
+    made = scene.Scene(
+        grains=[scene.Grain(cube, solid, velocity=(0.0, 0.0, -1.0))],
+        walls=[
+            *scene.box_walls((-2e-3, -2e-3, -1e-3), (2e-3, 2e-3, 2e-3), -0.5),
+            scene.RegionWall("drum", drum, rotation=Rotation(10.0, (0.0, 0.0, 0.0))),
+            scene.RegionWall("ball", Sphere((1.8e-3, 1.8e-3, 1.8e-3), 5e-4, inside=False)),
+            scene.Wall("shaker", (0, 0, -2e-3), (0, 0, 1), displacement=(None, None, "1e-4*time")),
+        ],
+        gravity=(0.0, 0.0, -10.0),
+        **BASE,
+    )
+    dump = run_steps(made, tmp_path, lmp)
+    falls = cube.volumes @ (dump[-1]["vz"]) / cube.volumes.sum()
+    assert falls == pytest.approx(-1.0, abs=1e-3)
+    record = results.averages(tmp_path / scene.WALLS)
+    assert "f_drum[6]" in record and "v_lid_travel" in record
+
+
+def test_the_box_is_fixed_where_a_wall_is_and_follows_the_nodes_elsewhere():
+    closed = scenes.two_grains()
+    assert closed.sides == ["f", "f", "p"]
+    assert "boundary        f f p" in closed.script()
+    floor = scenes.two_grains(walls=closed.walls[:1])
+    assert floor.sides == ["s", "fs", "p"]
+    assert scenes.two_grains(walls=(), boundary="m").sides == ["m", "m", "p"]
+    box = ((0.0, 0.0), (3e-3, 5e-3))
+    assert scenes.two_grains(walls=(), periodic=(0,), box=box).sides == ["p", "s", "p"]
+
+
+def test_displaced_grains_keep_their_reference(tmp_path, lmp):
+    cloud_ = square()
+    u = 1e-6 * np.random.default_rng(1).standard_normal(cloud_.nodes.shape)
+    made = scene.Scene(
+        grains=[scene.Grain(cloud_, scenes.SOLID, displacement=u)], start_time=1.0, **BASE
+    )
+    dump = run_steps(made, tmp_path, lmp, 1)
+    assert dump[0].position == pytest.approx(cloud_.nodes + u, abs=1e-17)
+    assert dump[0]["c_node[4]"].sum() > 0.0  # energy: bonds are strained
+    assert results.thermo(tmp_path / run.LOG)["Time"][0] == 1.0
+
+
+@pytest.mark.parametrize(
+    ("changes", "words"),
+    [
+        ({"timestep": -1.0}, "timestep must be above 0, not -1"),
+        ({"attributes": ("stretc",)}, "attributes must be of damage"),
+        ({"boundary": "x"}, "boundary must be f, s or m"),
+        ({"periodic": (0,)}, "needs its box"),
+        ({"pairs": {("solid", "stone"): Contact()}}, "no material 'stone', there are solid"),
+        ({"motions": [Motion.held("a", Nodes((9,)))]}, "motion 'a' has no nodes"),
+        ({"motions": [Motion.held("a", Nodes((1,)), (True,))]}, "motion a needs 2 components"),
+        ({"forces": [Force("lid", Nodes((1,)), (1.0, 0.0))]}, "different names"),
+    ],
+)
+def test_bad_parts_are_refused(changes, words):
+    with pytest.raises(ValueError, match=words):
+        scenes.two_grains(**changes)
+
+
+def test_bad_loads_regions_and_materials_are_refused():
+    for make, words in [
+        (lambda: Motion("a", Nodes((1,))), "one of velocity, rotation"),
+        (lambda: Motion("motion", Nodes((1,)), (0.0,)), "the script needs the names"),
+        (lambda: Motion.following("a", Nodes(), ("1", None), (None, None)), "a rate for every"),
+        (lambda: Block((0, 0), (0, 1)), "low must be below high"),
+        (lambda: Cylinder((0, 0), -1.0), "radius must be above 0"),
+        (lambda: Rotation(1.0, (0, 0), (0, 0, 0)), "an axis other than 0"),
+        (lambda: BondMaterial(1.0, 1.0), "one of young, bulk and c needed, not none"),
+        (lambda: BondMaterial(1.0, 1.0, young=1.0, c=1.0), "not young, c"),
+        (lambda: BondMaterial(1.0, 1.0, young=1.0, depth=1.0), "go together, with potential rnp"),
+        (lambda: Material(1.0, 0.2, 1.0, 1.0, breaking="up"), "tension, both"),
+        (lambda: Contact(damping=1.0, restitution=0.5), "one of damping and restitution"),
+        (lambda: Inert(-1.0), "density must be finite and above 0"),
+    ]:
+        with pytest.raises(ValueError, match=words):
+            make()
+
+
+def test_numbers_in_ranges():
+    assert ranges(np.array([5, 1, 2, 3, 9, 10])) == ["1:3", "5", "9:10"]
+    assert ranges(np.array([4])) == ["4"]

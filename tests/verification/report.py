@@ -49,14 +49,14 @@ def run_here(name: str, size: str, results: Path) -> None:
     from verification.cases import plots
 
     case = case_named(name)
-    begin = time.perf_counter()
+    begin = time.process_time()
     with tempfile.TemporaryDirectory(prefix=f"verify-{name}-") as folder:
         lab = Lab(Path(folder))
         try:
             outcome = case.run(lab, **case.parameters(size))
         finally:
             lab.close()
-    seconds = time.perf_counter() - begin
+    seconds = time.process_time() - begin
     plot = results / f"{name}.png"
     plot.unlink(missing_ok=True)
     if outcome.draw is not None:
@@ -202,7 +202,7 @@ def page(results: Path, folder: str) -> str:
     versions = sorted({result["lammps"] for _, result in done})
     processors = sorted({result["processor"] for _, result in done})
     parts.append(
-        f"LAMMPS {', '.join(versions)}; {', '.join(processors)}, one core for each case.\n"
+        f"LAMMPS {', '.join(versions)}; {', '.join(processors)}, one core for each case, whose time is given.\n"
     )
     parts.append(summary(done) + "\n")
     found = {case.name: result for case, result in done}

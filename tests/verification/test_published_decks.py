@@ -40,7 +40,7 @@ def course(loaded, tmp_path_factory):
         text = re.sub(
             r"dump grains all custom \d+", f"dump grains all custom {every}", script.read_text()
         )
-        text = re.sub(r"format float \S+", "format float %.17g", text)
+        text = re.sub(r"sort id.*", "sort id format float %.17g", text)
         text = re.sub(r"ave/time 1 \d+ \d+", f"ave/time {every} 1 {every}", text)
         script.write_text(re.sub(r"(?m)^run +[1-9]\d*", f"run {steps}", text))
         run.run(script, quiet=True)
@@ -147,7 +147,7 @@ def test_the_stretched_disc_node_by_node(tmp_path):
     made = deck.load(recording.folder / "inp" / "input_0.yaml", as_published=True).scene
     script = made.write(tmp_path)
     text = re.sub(r"dump grains all custom \d+", "dump grains all custom 2000", script.read_text())
-    text = re.sub(r"format float \S+", "format float %.17g", text)
+    text = re.sub(r"sort id.*", "sort id format float %.17g", text)
     script.write_text(re.sub(r"(?m)^run +[1-9]\d*", "run 2000", text))
     run.run(script, quiet=True)
     state = recording.at(2000)

@@ -11,6 +11,7 @@ from support.oracle import Array, Solid
 from support.runs import Simulation, lps_words, number
 
 from .base import Case, Lab, Outcome, Row, above, below, near, shown, within
+from .meshes import ball
 
 REACH = 0.95  # contact distance, in node spacings
 FLAT = Solid(5 / 3, 1.0, 3.015, 2)  # lambda = G = 1, E = 2.5, nu = 1/4, density 1
@@ -37,31 +38,8 @@ def even_radius(radius: float) -> float:
 
 def sphere(radius: float) -> Cloud:
     """A gmsh ball with nodes about a unit apart, on its surface too."""
-    import gmsh
-    from peridem.cloud import from_cells
-
-    gmsh.initialize(readConfigFiles=False, interruptible=False)
-    try:
-        for option, value in (
-            ("General.Verbosity", 1),
-            ("Mesh.RandomSeed", 1),
-            ("Mesh.MeshSizeMin", 1.15),
-            ("Mesh.MeshSizeMax", 1.15),
-            ("Mesh.Optimize", 1),
-        ):
-            gmsh.option.setNumber(option, value)
-        gmsh.model.occ.addSphere(0, 0, 0, radius)
-        gmsh.model.occ.synchronize()
-        gmsh.model.mesh.generate(3)
-        tags, points, _ = gmsh.model.mesh.getNodes()
-        _, _, corners = gmsh.model.mesh.getElements(3)
-    finally:
-        gmsh.finalize()
-    order = np.argsort(tags)
-    cells = np.searchsorted(tags[order], np.asarray(corners[0]).reshape(-1, 4))
-    used, cells = np.unique(cells, return_inverse=True)
-    made = from_cells(points.reshape(-1, 3)[order][used], cells.reshape(-1, 4), "ball")
-    return cloud(np.asarray(made.nodes), volume=np.asarray(made.volumes))
+    x, volume = ball(radius, 1.15)
+    return cloud(x, volume=volume)
 
 
 def scene(
@@ -209,8 +187,8 @@ def run_hertz_sphere(lab: Lab, radius: float, time: float) -> Outcome:
             "exponent of the force, fitted from the third state on",
             float(slope),
             1.5,
-            abs=0.15,
-            why="few nodes touch at first, so the curve has steps",
+            abs=1.2 / radius,
+            why="the touching circle grows node by node: h/R",
         )
     )
     hit = impact(lab, one, radius, 0.01 * SPEED)
