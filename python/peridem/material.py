@@ -44,15 +44,18 @@ class _Bonded:
     volume: Volume
     taper: float | None
     breaking: Breaking
+    gc_spacing: float | None
 
     def _check_common(self) -> None:
         for what in ("density", "horizon", "width"):
             self._above(what, getattr(self, what))
         if self.gc is not None and self.s0 is not None:
             raise ValueError(f"material '{self.name}': one of gc and s0, not both")
-        for what in ("gc", "s0", "taper"):
+        for what in ("gc", "s0", "taper", "gc_spacing"):
             if getattr(self, what) is not None:
                 self._above(what, getattr(self, what))
+        if self.gc_spacing is not None and self.gc is None:
+            raise ValueError(f"material '{self.name}': gc_spacing goes with gc")
         if not (math.isfinite(self.viscosity) and self.viscosity >= 0.0):
             raise ValueError(
                 f"material '{self.name}': viscosity must be at least 0, not {self.viscosity}"
@@ -94,7 +97,8 @@ class _Bonded:
 
     def _strength(self) -> str:
         if self.gc is not None:
-            return f"gc {self.gc:.8g}"
+            spacing = "" if self.gc_spacing is None else f" {self.gc_spacing:.12g}"
+            return f"gc {self.gc:.8g}{spacing}"
         return "unbreakable" if self.s0 is None else f"s0 {self.s0:.12g}"
 
     def _common_words(self) -> list[str]:
@@ -132,6 +136,7 @@ class Material(_Bonded):
         volume: ``taper``: cells that the horizon cuts count in part; ``full``: whole.
         taper: cell size of the taper; None: of each node, from its volume.
         breaking: in ``tension`` only, or ``both`` in tension and compression.
+        gc_spacing: spacing of the lattice on which ``gc`` is to be spent; None: integrals.
 
     Raises:
         ValueError: a value outside its range; it says which, what was given and what is allowed.
@@ -151,6 +156,7 @@ class Material(_Bonded):
     volume: Volume = "taper"
     taper: float | None = None
     breaking: Breaking = "tension"
+    gc_spacing: float | None = None
 
     style = "peridem/lps"
 
@@ -191,7 +197,8 @@ class Material(_Bonded):
 
         From Gc by isotropic extension: s0^2 = Gc m / (d^2 kappa' I) with kappa' = lambda' + 2G/d,
         m the integral of w R^2 over the family and I the work of the bonds across a plane,
-        pi * integral of w R^5 in 3D, 2 * integral of w R^4 in 2D.
+        pi * integral of w R^5 in 3D, 2 * integral of w R^4 in 2D. With ``gc_spacing``, which puts
+        sums over a lattice in their place, it is an estimate.
         """
         if self.s0 is not None:
             return self.s0
@@ -215,6 +222,8 @@ class Material(_Bonded):
         stretch = self.critical_stretch(dimension)
         if math.isinf(stretch):
             return "bonds never break"
+        if self.gc_spacing is not None:
+            return f"Gc = {self.gc:g} on a lattice; LAMMPS prints the stretch, near {stretch:.2g}"
         why = ""
         if self.gc is not None:
             jha = dimension == 2 and self.plane == "jha"
@@ -244,7 +253,8 @@ class BondMaterial(_Bonded):
         potential: ``pmb`` breaks at a critical stretch, ``elastic`` never, ``rnp`` softens.
         depth, beta: C and beta of the potential C (1 - exp(-beta R s^2)); they take the place of
             the moduli and of ``gc`` and ``s0``.
-        gc, s0, viscosity, influence, name, width, volume, taper, breaking: as of :class:`Material`.
+        gc, s0, viscosity, influence, name, width, volume, taper, breaking, gc_spacing: as of
+            :class:`Material`.
         plane: ``strain`` or ``stress``, of a 2D run.
 
     Raises:
@@ -269,6 +279,7 @@ class BondMaterial(_Bonded):
     volume: Volume = "taper"
     taper: float | None = None
     breaking: Breaking = "tension"
+    gc_spacing: float | None = None
 
     style = "peridem/pmb"
 

@@ -114,6 +114,9 @@ class Scene:
         periodic: directions (0, 1, 2) in which the box repeats; they need ``box``.
         box: low and high corner of the simulation box; None: around everything.
         leapfrog: whether velocities start half a step ahead, which is symplectic Euler's rule.
+        engine: of ``peridem/lps``: auto, general or batched; None: LAMMPS's choice.
+        adapt: keywords of ``fix peridem/adapt``, which keeps grains rigid until they are loaded;
+            None: ``fix nve`` moves all nodes.
         notes: lines for the head of the script.
     """
 
@@ -142,6 +145,8 @@ class Scene:
     periodic: tuple[int, ...] = ()
     box: tuple[tuple[float, ...], tuple[float, ...]] | None = None
     leapfrog: bool = False
+    engine: str | None = None
+    adapt: str | None = None
     notes: Sequence[str] = ()
     dimension: int = field(init=False)
     materials: list[AnyMaterial] = field(init=False)
@@ -197,6 +202,8 @@ class Scene:
                 raise ValueError(f"scene: {what} must be at least 1, not {getattr(self, what)}")
         if self.boundary not in (None, "f", "s", "m"):
             raise ValueError(f"scene: boundary must be f, s or m, not '{self.boundary}'")
+        if self.engine not in (None, "auto", "general", "batched"):
+            raise ValueError(f"scene: engine must be auto, general or batched, not '{self.engine}'")
         unknown = [a for a in self.attributes if a not in ATTRIBUTES]
         if unknown:
             raise ValueError(

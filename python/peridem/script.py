@@ -82,6 +82,11 @@ def _head(scene: Scene) -> list[str]:
 
 def _solids(scene: Scene) -> list[str]:
     styles = dict.fromkeys(m.style for m in scene.materials if m.style)
+    if scene.engine is not None and "peridem/lps" in styles:
+        styles = {
+            f"{style} engine {scene.engine}" if style == "peridem/lps" else style: None
+            for style in styles
+        }
     lines = [
         "# ---- solids: one atom type for each material",
         "",
@@ -273,7 +278,8 @@ def _motion(scene: Scene) -> list[str]:
     lines = ["# ---- motion and time step", ""]
     if driven:
         lines.append(f"group           free subtract all {' '.join(driven)}")
-    lines.append(f"fix motion {'free' if driven else 'all'} nve")
+    mover = "nve" if scene.adapt is None else f"peridem/adapt {scene.adapt}".rstrip()
+    lines.append(f"fix motion {'free' if driven else 'all'} {mover}")
     limits = [
         f"# stable at the start up to {stable.bonds:.3g} s for bonds alone (highest frequency of a"
         " grain),",

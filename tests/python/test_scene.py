@@ -333,6 +333,17 @@ def test_walls_of_all_kinds_in_3d(tmp_path, lmp):
     assert "f_drum[6]" in record and "v_lid_travel" in record
 
 
+def test_engine_and_adaptive_grains_are_passed_on(tmp_path, lmp):
+    solid = Material(2e7, 0.25, 1200.0, 6e-4, gc=3.0, gc_spacing=2e-4)
+    made = scene.Scene(
+        grains=[scene.Grain(square(), solid)], engine="general", adapt="eta 0.1", **BASE
+    )
+    text = made.script()
+    assert "hybrid/overlay peridem/lps engine general peridem/contact" in text
+    assert "gc 3 0.0002" in text and "fix motion all peridem/adapt eta 0.1" in text
+    run_steps(made, tmp_path, lmp, 5)
+
+
 def test_the_box_is_fixed_where_a_wall_is_and_follows_the_nodes_elsewhere():
     closed = scenes.two_grains()
     assert closed.sides == ["f", "f", "p"]
