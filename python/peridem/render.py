@@ -24,7 +24,7 @@ from peridem.results_output import Output
 from peridem.results_walls import wall_stress
 
 if TYPE_CHECKING:
-    pass
+    from matplotlib.figure import Figure
 
 __all__ = [
     "INTACT",
@@ -76,7 +76,7 @@ def grains_png(
         ValueError: no such frame, or forces asked for in 3D.
         KeyError: no such field.
     """
-    from matplotlib.figure import Figure
+    from matplotlib.figure import Figure as NewFigure
 
     output = Output(folder)
     chosen = output.chosen(frames, 4)
@@ -88,7 +88,7 @@ def grains_png(
     high = wide * panel.aspect
     head, foot = 0.5, 0.2 if style.is_name else 0.75
     full = rows * (high + 0.3) + head + foot
-    figure = Figure(figsize=(WIDTH, full), dpi=150)
+    figure = NewFigure(figsize=(WIDTH, full), dpi=150)
     for k, i in enumerate(chosen):
         row, column = divmod(k, columns)
         bottom_edge = full - head - (row + 1) * (high + 0.3)
