@@ -201,9 +201,8 @@ def page(results: Path, folder: str) -> str:
         parts.append(f"**Not run: {', '.join(lacking)}.**\n")
     versions = sorted({result["lammps"] for _, result in done})
     processors = sorted({result["processor"] for _, result in done})
-    parts.append(
-        f"LAMMPS {', '.join(versions)}; {', '.join(processors)}, one core for each case, whose time is given.\n"
-    )
+    machine = f"LAMMPS {', '.join(versions)}; {', '.join(processors)}"
+    parts.append(f"{machine}, one core for each case, whose processor time is given.\n")
     parts.append(summary(done) + "\n")
     found = {case.name: result for case, result in done}
     for heading, cases in by_heading().items():

@@ -288,8 +288,8 @@ CASES = [
         name="two-grains",
         title="Two grains",
         what="Grains of 1 mm (K = 21.6 MPa, ν = 1/4, ρ = 1200 kg/m³, Gc = 50 J/m²; the soft "
-        "ones a tenth of K) meet at 0.09 m/s "
-        "0.12 m/s: on a held disc or a floor under gravity, or free and without; plane strain, "
+        "ones a tenth of K) meet at 0.09 m/s: "
+        "on a held disc or a floor under gravity, or free and without; plane strain, "
         "δ = 3 h, gmsh clouds, no friction.",
         source="The scenes of Jha et al. 2021, J. Mech. Phys. Solids 151:104376, section 4.1, "
         "with restitution as asked for; node by node "
