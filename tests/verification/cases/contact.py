@@ -363,9 +363,12 @@ def draw_restitution(asked, speeds, table):
     return figure
 
 
+FRICTION_OF_SPIN = 0.2
+
+
 def run_spin(lab: Lab, radius: float) -> Outcome:
     r = even_radius(radius)
-    half, spin, friction = 0.01, 0.004, 0.2
+    half, spin, friction = 0.01, 0.004, FRICTION_OF_SPIN
     rows: list[Row] = []
     results = {}
     for mu in (0.0, friction):
@@ -415,7 +418,8 @@ def run_spin(lab: Lab, radius: float) -> Outcome:
                 why="nothing gives energy; the integrator's error is of second order",
             )
         )
-    rows += wall_rows(lab, r, half, spin, friction)
+    more, pages = on_a_plane(lab, r, half, spin, friction)
+    rows += more
     # friction slides all the way: each disc is pushed sideways by mu times what stops it
     _, _, smooth = results[0.0]
     _, _, rough = results[friction]
@@ -436,10 +440,29 @@ def run_spin(lab: Lab, radius: float) -> Outcome:
             why="the shape of the surface alone: nodes of one disc roll over those of the other",
         )
     )
-    return Outcome(rows)
+    return Outcome(rows, lambda: draw_spin(pages))
 
 
-def wall_rows(lab: Lab, r: float, speed: float, spin: float, friction: float) -> list[Row]:
+def draw_spin(pages):
+    from .plots import panels
+
+    figure, (ax,) = panels(1, width=5.0)
+    names = (
+        "along the plane / speed of fall",
+        "away from the plane / speed of fall",
+        "spin / start",
+    )
+    for k, name in enumerate(names, 1):
+        ax.plot(pages[:, 0], pages[:, k], label=name)
+    ax.axhline(-FRICTION_OF_SPIN * (pages[-1, 2] + 1), color="0.4", ls=":", lw=0.8, label="−μ Δv")
+    ax.set(xlabel="time (h √(ρ/G))", title="A spinning disc on a plane")
+    ax.legend(loc="center right", fontsize=7)
+    return figure
+
+
+def on_a_plane(
+    lab: Lab, r: float, speed: float, spin: float, friction: float
+) -> tuple[list[Row], Array]:
     """A spinning disc hits a plane, which is smooth: its nodes slide all the way."""
     one = disc(r)
     one.box[:2] += np.array([[-12 * r, 12 * r]])
@@ -447,14 +470,15 @@ def wall_rows(lab: Lab, r: float, speed: float, spin: float, friction: float) ->
     low = number(one.x[:, 1].min() - REACH - 0.02)
     wall = f"fix floor all peridem/wall plane 0 {low} 0 0 1 0 friction {friction}"
     sim = scene(lab, one, FLAT, "", wall)
-    turned = angular_momentum(one, sim)
-    advance(sim, 0.3 / speed + 8 * r)
-    mass, x = one.mass.sum(), sim.atoms("x")
-    v = momentum(one, sim) / mass
-    centre = one.mass @ x / mass
-    after = angular_momentum(one, sim) - mass * (centre[0] * v[1] - centre[1] * v[0])
+    turned, mass, pages = angular_momentum(one, sim), one.mass.sum(), []
+    for _ in range(60):
+        advance(sim, (0.3 / speed + 8 * r) / 60)
+        v = momentum(one, sim) / mass
+        centre = one.mass @ sim.atoms("x") / mass
+        after = angular_momentum(one, sim) - mass * (centre[0] * v[1] - centre[1] * v[0])
+        pages.append((sim.thermo("time"), v[0] / speed, v[1] / speed, after / turned))
     lab.close()
-    return [
+    rows = [
         near(
             "on a plane, friction 0.2: sideways over normal change of velocity",
             abs(float(v[0] / (v[1] + speed))),
@@ -473,6 +497,7 @@ def wall_rows(lab: Lab, r: float, speed: float, spin: float, friction: float) ->
             "shortens",
         ),
     ]
+    return rows, np.array(pages)
 
 
 def energy_of(sim: Simulation) -> float:

@@ -517,7 +517,7 @@ def run_cylinder(lab: Lab, h: float, time: float, stretch: float) -> Outcome:
         pair_style hybrid/overlay peridem/lps peridem/contact
         pair_coeff * * peridem/lps bulk 130e9 shear 78e9 s0 {number(stretch)} &
             horizon {number(3.015 * size)}
-        pair_coeff * * peridem/contact radius {number(0.9 * size)} form bulk 15
+        pair_coeff * * peridem/contact radius {number(0.9 * size)} form bulk 1
         compute damage all peridem/atom damage
         compute part all peridem/atom fragment
         compute books all peridem/energy
@@ -683,6 +683,6 @@ CASES = [
         "count is published.",
         run=run_cylinder,
         small={"h": 2.5, "time": 60.0, "stretch": 0.005},
-        full={"h": 1.25, "time": 240.0, "stretch": 0.02},
+        full={"h": 1.25, "time": 150.0, "stretch": 0.02},
     ),
 ]
