@@ -13,7 +13,7 @@ RANKS ?= 2
 SHELL := /bin/bash
 .SHELLFLAGS := -euo pipefail -c
 .DEFAULT_GOAL := help
-.PHONY: help demo test quick verify sanitize build system lint lock clean distclean FORCE
+.PHONY: help demo test quick verify sanitize memcheck build system lint lock clean distclean FORCE
 .NOTPARALLEL:
 
 python := $(VENV)/bin/python
@@ -52,16 +52,26 @@ quick: build ## set everything up, then run the tests of a minute (no ranks, ver
 verify: build ## the cases with known answers at full size: doc/verification.md (half an hour)
 	cd tests && $(abspath $(python)) -m verification.report $(VERIFY_ARGS)
 
+portable = -D PERIDEM_NATIVE=OFF -D LAMMPS_DIR=$(abspath $(tree)) \
+  $(foreach package,PERI GRANULAR BPM MISC EXTRA-FIX EXTRA-COMPUTE EXTRA-PAIR EXTRA-DUMP OPENMP PLUGIN,-D PKG_$(package)=OFF)
+
 # Programs that do not start through the sanitizer's library, such as Python, must load it first.
 sanitize: build ## run the quick tests where wrong memory or undefined behaviour stops them (slow)
-	cmake -S . -B $(SANITIZE) -D PERIDEM_SANITIZE=ON -D PERIDEM_NATIVE=OFF -D LAMMPS_DIR=$(abspath $(tree)) \
-	  $(foreach package,PERI GRANULAR BPM MISC EXTRA-FIX EXTRA-COMPUTE EXTRA-PAIR EXTRA-DUMP OPENMP PLUGIN,-D PKG_$(package)=OFF)
+	cmake -S . -B $(SANITIZE) -D PERIDEM_SANITIZE=ON $(portable)
 	cmake --build $(SANITIZE) --parallel $$(nproc)
 	PYTHONPATH=$(abspath $(tree))/python LD_LIBRARY_PATH=$(abspath $(SANITIZE)) \
 	  LAMMPS_LMP=$(abspath $(SANITIZE))/lmp PERIDEM_LMP=$(abspath $(SANITIZE))/lmp \
 	  LD_PRELOAD="$$(for name in asan ubsan stdc++; do $(CXX) -print-file-name=lib$$name.so; done | xargs)" \
-	  ASAN_OPTIONS=detect_leaks=0:suppressions=$(abspath tests/sanitize.supp) UBSAN_OPTIONS=print_stacktrace=1 PERIDEM_TESTS_MUST_RUN=1 \
+	  ASAN_OPTIONS=detect_leaks=0:suppressions=$(abspath tests/sanitize.supp) \
+	  UBSAN_OPTIONS=print_stacktrace=1 PERIDEM_TESTS_MUST_RUN=1 \
 	  $(abspath $(python)) -m pytest tests/unit tests/fuzz tests/parallel -m 'not slow' $(PYTEST_ARGS)
+
+# valgrind does not know the vector instructions of all processors
+memcheck: build ## run a small scene on two ranks under valgrind (which must be there)
+	cmake -S . -B $(BUILD)/memcheck $(portable)
+	cmake --build $(BUILD)/memcheck --parallel $$(nproc)
+	PERIDEM_MEMCHECK=$(abspath $(BUILD)/memcheck)/lmp PERIDEM_TESTS_MUST_RUN=1 \
+	  $(abspath $(python)) -m pytest tests/parallel/test_memcheck.py $(PYTEST_ARGS)
 
 build: $(BUILD)/configured ## build/lmp and build/liblammps.so with PERIDEM, and .venv with the lammps module
 	@cmake --build $(BUILD) --parallel $$(nproc)

@@ -194,6 +194,11 @@ PeridemMaterial PairPeridem::mix(int i, int j) const
                "Pair style {}: types {} {}: gc spacing {:.8g} must be <= the horizon {:.8g}", name,
                i, j, mat.spacing, mat.horizon);
   if (mat.strength == PeridemMaterial::GC) mat.s0 = mat.stretch_from_gc();
+  if (mat.strength == PeridemMaterial::GC && !std::isnormal(mat.s0))
+    error->all(FLERR, Error::NOLASTLINE,
+               "Pair style {}: types {} {}: gc {:.6g} with horizon {:.6g} gives a critical stretch "
+               "of {:.6g}: are these the right units?",
+               name, i, j, mat.gc, mat.horizon, mat.s0);
   return mat;
 }
 

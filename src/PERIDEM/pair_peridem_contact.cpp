@@ -887,6 +887,7 @@ double PairPeridemContact::largest_dashpot_ratio() const
       if (law.radius == 0.0 || extremes.largest[i] == 0.0 || extremes.largest[j] == 0.0) continue;
       const double mi = lightest(i), mj = lightest(j);
       const double k = law.spring(extremes.smallest[i], extremes.smallest[j]);
+      if (!(k > 0.0)) continue;    // volumes so small that there is no spring
       largest = MAX(largest,
                     std::sqrt(most) * law.dashpot() / (2.0 * std::sqrt(k * mi * mj / (mi + mj))));
     }

@@ -32,6 +32,9 @@ static constexpr double STOPPING_STEPS = 2.0;
 // the loss of a collision slows bodies down in no fewer steps than this
 static constexpr double IMPACT_STEPS = 10.0;
 
+// times the longest edge of the box: no contact distance is larger than that
+static constexpr double DWARFS = 1000.0;
+
 /* ---------------------------------------------------------------------- */
 
 static double either(double mine, double other)
@@ -73,6 +76,26 @@ PeridemContactGiven PeridemContactGiven::over(const PeridemContactGiven &other) 
 }
 
 /* ----------------------------------------------------------------------
+   numbers that no scene has: more ghosts than LAMMPS can count, springs of zero
+------------------------------------------------------------------------- */
+
+void PeridemContactLaw::check_units(const std::string &where, LAMMPS *lmp) const
+{
+  const auto *domain = lmp->domain;
+  const double box = MAX(MAX(domain->xprd, domain->yprd), domain->zprd);
+  if (radius > DWARFS * box)
+    lmp->error->all(FLERR, Error::NOLASTLINE,
+                    "{}: radius {:.6g}, and the box is only {:.6g} long: is that the right unit of "
+                    "length?",
+                    where, radius, box);
+  if (!std::isnormal(modulus) || !std::isnormal(radius))
+    lmp->error->all(FLERR, Error::NOLASTLINE,
+                    "{}: a radius of {:.6g} with a spring of {:.6g} cannot be computed with: are "
+                    "these the right units?",
+                    where, radius, modulus);
+}
+
+/* ----------------------------------------------------------------------
    fill in what was left out; where = "Pair style peridem/contact, types 1 2" and the like
 ------------------------------------------------------------------------- */
 
@@ -110,6 +133,8 @@ PeridemContactLaw PeridemContactLaw::resolve(const PeridemContactGiven &given,
       law.modulus = either(given.alpha, 10.0) * bulk;
     }
   }
+
+  law.check_units(where, lmp);
 
   if (!std::isnan(given.restitution) && given.restitution < 1.0) {
     law.restitution = given.restitution;

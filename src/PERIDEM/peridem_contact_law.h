@@ -126,6 +126,7 @@ class PeridemContactLaw {
   std::string describe() const;
 
  private:
+  void check_units(const std::string &where, class LAMMPS *) const;
   static constexpr double LINGER = 10.0;
   int dim{3};
   bool per_volume{false};    // k = modulus Vi Vj, else k = modulus h^(d-2)

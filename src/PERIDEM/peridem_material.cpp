@@ -132,7 +132,8 @@ static double crossing_energy(const PeridemMaterial &mat)
     return CROSSING * 0.5 * c * family_sum(mat, 2);
   }
   const double kappa = mat.lambda() + 2.0 * mat.shear / d;
-  return CROSSING * d * d * kappa * family_sum(mat, 3) / family_sum(mat, 2);
+  const double m = family_sum(mat, 2);    // 0 where a horizon of 1e-320 has no fifth power
+  return m > 0.0 ? CROSSING * d * d * kappa * family_sum(mat, 3) / m : 0.0;
 }
 
 /* ----------------------------------------------------------------------
@@ -145,7 +146,8 @@ double PeridemMaterial::stretch_from_gc() const
     const double factor = 81.0 / 256.0;    // (3/4)^4
     return std::sqrt(gc / ((3.0 * shear + factor * (bulk - 5.0 * shear / 3.0)) * horizon));
   }
-  return std::sqrt(gc / crossing_energy(*this));
+  const double energy = crossing_energy(*this);
+  return energy > 0.0 ? std::sqrt(gc / energy) : std::numeric_limits<double>::infinity();
 }
 
 /* ---------------------------------------------------------------------- */

@@ -168,6 +168,25 @@ def test_horizon_absurdly_large(simulation):
     )
 
 
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        ("radius 1e30 stiffness 5", "radius 1e+30, and the box is only"),
+        ("radius 1 modulus 3 form jha2021 horizon 1e150", "with a spring of 0 cannot be computed"),
+        ("radius 1e-320 stiffness 5", "are these the right units?"),
+    ],
+)
+def test_contacts_that_nothing_can_be_computed_with(words, message, simulation):
+    sim = grain(simulation).commands(f"pair_style peridem/contact\npair_coeff * * {words}")
+    fails(sim, "run 0 post no", message)
+
+
+def test_a_critical_stretch_that_nothing_can_be_computed_with(simulation):
+    sim = grain(simulation).commands("pair_style peridem/lps")
+    sim.commands("pair_coeff * * bulk 3.0 shear 1.2 horizon 1e-320 gc 5")
+    fails(sim, "run 0 post no", "gives a critical stretch of inf: are these the right units?")
+
+
 def test_a_bonds_fix_without_a_solid_says_so_and_runs(simulation):
     one = cloud(lattice((4, 4)), dimension=2)
     sim = simulation().load(one, dimension=2)
