@@ -623,7 +623,7 @@ CASES = [
                 (4.0, "influence linear"),
                 (4.0, "influence constant"),
             ),
-            "loads": (1.2, 2.0),
+            "loads": (1.2, 1.5),
         },
     ),
     Case(
