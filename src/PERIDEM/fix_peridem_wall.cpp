@@ -80,6 +80,7 @@ FixPeridemWall::~FixPeridemWall()
 {
   atom->delete_callback(id, Atom::GROW);
   atom->delete_callback(id, Atom::RESTART);
+  delete[] extlist;
 }
 
 /* ---------------------------------------------------------------------- */
