@@ -128,7 +128,11 @@ PeridemContactLaw PeridemContactLaw::resolve(const PeridemContactGiven &given,
       if (!(delta > 0.0))
         error->all(FLERR, Error::NOLASTLINE, "{}: form jha2021 needs a horizon", where);
       law.per_volume = true;
-      law.modulus = 18.0 * bulk / (MY_PI * std::pow(delta, 5));
+      const double power = std::pow(delta, 5);
+      if (!std::isnormal(power))
+        error->all(FLERR, Error::NOLASTLINE,
+                   "{}: horizon {:.6g}: is that the right unit of length?", where, delta);
+      law.modulus = 18.0 * bulk / (MY_PI * power);
     } else {
       law.modulus = either(given.alpha, 10.0) * bulk;
     }

@@ -254,6 +254,9 @@ int PeridemMaterialParser::keyword(int iarg)
   if (key == "gc" || key == "s0" || key == "unbreakable") return strength(iarg);
   if (key == "horizon") {
     mat.horizon = positive(iarg, key);
+    if (!std::isnormal(std::pow(mat.horizon, 6)))    // integrals over a family have such powers
+      error->all(FLERR, iarg0 + iarg + 1, "{} horizon {}: is that the right unit of length?", style,
+                 arg[iarg + 1]);
   } else if (key == "viscosity") {
     mat.viscosity = non_negative(iarg, key);
   } else if (key == "plane") {

@@ -24,6 +24,7 @@
 #include "error.h"
 #include "force.h"
 #include "modify.h"
+#include "update.h"
 
 #include <cmath>
 #include <limits>
@@ -123,9 +124,20 @@ double PeridemStability::speed_limit() const
       if (contact->cutsq[i][j] > 0.0) leastsq = MIN(leastsq, contact->cutsq[i][j]);
 
   double **v = atom->v;
-  double fastestsq = 0.0;
-  for (int i = 0; i < atom->nlocal; i++)
-    fastestsq = MAX(fastestsq, v[i][0] * v[i][0] + v[i][1] * v[i][1] + v[i][2] * v[i][2]);
-  MPI_Allreduce(MPI_IN_PLACE, &fastestsq, 1, MPI_DOUBLE, MPI_MAX, world);
+  double most[2] = {0.0, 0.0};    // square of the largest speed; whether one has no square
+  for (int i = 0; i < atom->nlocal; i++) {
+    const double vsq = v[i][0] * v[i][0] + v[i][1] * v[i][1] + v[i][2] * v[i][2];
+    if (!std::isfinite(vsq))
+      most[1] = 1.0;
+    else
+      most[0] = MAX(most[0], vsq);
+  }
+  MPI_Allreduce(MPI_IN_PLACE, most, 2, MPI_DOUBLE, MPI_MAX, world);
+  if (most[1] > 0.0)
+    error->all(FLERR, Error::NOLASTLINE,
+               "The speed of a node is no number any more, or beyond all bounds, at step {}: the "
+               "time step is too long, or the input has such speeds",
+               update->ntimestep);
+  const double fastestsq = most[0];
   return fastestsq > 0.0 ? TRAVEL * std::sqrt(leastsq / fastestsq) : INFINITE;
 }

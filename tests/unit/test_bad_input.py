@@ -172,7 +172,7 @@ def test_horizon_absurdly_large(simulation):
     ("words", "message"),
     [
         ("radius 1e30 stiffness 5", "radius 1e+30, and the box is only"),
-        ("radius 1 modulus 3 form jha2021 horizon 1e150", "with a spring of 0 cannot be computed"),
+        ("radius 1 modulus 3 form jha2021 horizon 1e150", "horizon 1e+150: is that the right unit"),
         ("radius 1e-320 stiffness 5", "are these the right units?"),
     ],
 )
@@ -183,8 +183,24 @@ def test_contacts_that_nothing_can_be_computed_with(words, message, simulation):
 
 def test_a_critical_stretch_that_nothing_can_be_computed_with(simulation):
     sim = grain(simulation).commands("pair_style peridem/lps")
-    sim.commands("pair_coeff * * bulk 3.0 shear 1.2 horizon 1e-320 gc 5")
+    sim.commands("pair_coeff * * bulk 1e-200 shear 1e-200 horizon 1 gc 1e200")
     fails(sim, "run 0 post no", "gives a critical stretch of inf: are these the right units?")
+
+
+def test_speeds_beyond_all_bounds(simulation):
+    one = cloud(lattice((4, 4)), dimension=2)
+    one.v[3, 0] = 1e300
+    sim = simulation().load(one, dimension=2)
+    sim.commands(
+        f"pair_style hybrid/overlay peridem/lps peridem/contact\npair_coeff * * peridem/lps {GOOD}\n"
+        "pair_coeff * * peridem/contact radius 0.9\nfix motion all nve"
+    )
+    fails(sim, "run 0 post no", "The speed of a node is no number any more, or beyond all bounds")
+
+
+def test_horizon_whose_powers_cannot_be_computed(simulation):
+    sim = grain(simulation).commands("pair_style peridem/lps")
+    fails(sim, "pair_coeff * * bulk 3 shear 1 horizon 1e-320 gc 5", "horizon 1e-320: is that the")
 
 
 def test_a_bonds_fix_without_a_solid_says_so_and_runs(simulation):

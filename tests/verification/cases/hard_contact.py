@@ -432,6 +432,6 @@ CASES = [
         "no direction, no division by zero",
         same_place,
         small={"steps": 400},
-        full={"steps": 4000},
+        full={"steps": 800},
     ),
 ]
