@@ -192,7 +192,8 @@ def test_speeds_beyond_all_bounds(simulation):
     one.v[3, 0] = 1e300
     sim = simulation().load(one, dimension=2)
     sim.commands(
-        f"pair_style hybrid/overlay peridem/lps peridem/contact\npair_coeff * * peridem/lps {GOOD}\n"
+        "pair_style hybrid/overlay peridem/lps peridem/contact\n"
+        f"pair_coeff * * peridem/lps {GOOD}\n"
         "pair_coeff * * peridem/contact radius 0.9\nfix motion all nve"
     )
     fails(sim, "run 0 post no", "The speed of a node is no number any more, or beyond all bounds")
