@@ -695,7 +695,7 @@ CASES = [
         "4PR/(πE*), E* = E/(1−ν²); the contact of two equal discs is that of each with a plate.",
         run=run_hertz_discs,
         small={"radius": 12.0, "time": 300.0},
-        full={"radius": 40.0, "time": 1000.0},
+        full={"radius": 24.0, "time": 1600.0},
     ),
     Case(
         name="hertz-sphere",

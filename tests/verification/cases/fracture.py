@@ -574,7 +574,11 @@ def run_cylinder(lab: Lab, h: float, time: float, stretch: float) -> Outcome:
             why="no target",
         ),
     ]
-    return Outcome(rows, lambda: draw_cylinder(moved, which, damage, sizes))
+    note = (
+        "The fragments mirror each other as the lattice does, with which everything starts alike; a "
+        "cloud without symmetry would break elsewhere."
+    )
+    return Outcome(rows, lambda: draw_cylinder(moved, which, damage, sizes), [note])
 
 
 def book_page(sim: Simulation) -> Array:

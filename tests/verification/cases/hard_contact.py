@@ -288,7 +288,7 @@ def same_place(lab: Lab, steps: int) -> Outcome:
         "friction 0.5 tangential regularised",
     )
     for law in laws:
-        one = cloud([[0.0, 0.0], [0.0, 0.0]], molecule=[1, 2], dimension=2, margin=50)
+        one = cloud([[0.0, 0.0], [0.0, 0.0]], molecule=[1, 2], dimension=2, margin=400)
         sim = lab.simulation().load(one, dimension=2)
         sim.commands(
             f"pair_style peridem/contact\npair_coeff * * radius 1 stiffness 4 {law}\n"

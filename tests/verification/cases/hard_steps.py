@@ -65,7 +65,7 @@ def sharpness(lab: Lab, parts: tuple[float, ...], steps: int) -> Outcome:
         found[name] = [value for value, _ in grown]
         for part, (value, warned) in zip(parts, grown, strict=True):
             what = f"{name}, {part:g} of the stable step"
-            if part <= 0.99:
+            if part < 1:
                 bound = 1.0 / (1.0 - part**2) + 1.0
                 rows.append(
                     below(
