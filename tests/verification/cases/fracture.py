@@ -575,7 +575,8 @@ def run_cylinder(lab: Lab, h: float, time: float, stretch: float) -> Outcome:
         ),
     ]
     note = (
-        "The fragments mirror each other as the lattice does, with which everything starts alike; a "
+        "The fragments mirror each other as the lattice does, with which everything starts "
+        "alike; a "
         "cloud without symmetry would break elsewhere."
     )
     return Outcome(rows, lambda: draw_cylinder(moved, which, damage, sizes), [note])
