@@ -7,8 +7,9 @@ are those of the simulation (``units box``). In 2D the z direction is left out.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Sequence
+from dataclasses import asdict, dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -61,6 +62,20 @@ class Region:
         side = "" if self.inside else " side out"
         return [f"region {name} {self._words()}{side} units box{rotate}"]
 
+    @property
+    def known(self) -> bool:
+        """Whether :meth:`contains` knows its shape."""
+        return True
+
+    @property
+    def corners(self) -> Array:
+        """Corners of the box around its surface in the plane, (n, 2); none if it is not known."""
+        return np.empty((0, 2))
+
+    def described(self) -> dict[str, Any]:
+        """What :func:`described_region` makes it from again; goes into JSON."""
+        return {"kind": type(self).__name__, **asdict(self)}  # type: ignore[call-overload]
+
     def _within(self, points: Array) -> Mask:
         raise NotImplementedError
 
@@ -93,6 +108,11 @@ class Block(Region):
         d = min(len(self.low), points.shape[1])
         above = points[:, :d] >= np.asarray(self.low[:d])
         return np.asarray((above & (points[:, :d] <= np.asarray(self.high[:d]))).all(axis=1))
+
+    @property
+    def corners(self) -> Array:
+        """As :attr:`Region.corners`."""
+        return np.array([self.low[:2], self.high[:2]], dtype=float)
 
     def _words(self) -> str:
         sides = [f"{a:.12g} {b:.12g}" for a, b in zip(self.low, self.high, strict=True)]
@@ -141,6 +161,12 @@ class Cylinder(Region):
             high = math.inf if self.high is None else self.high
             mask &= (points[:, along] >= low) & (points[:, along] <= high)
         return np.asarray(mask)
+
+    @property
+    def corners(self) -> Array:
+        """As :attr:`Region.corners`; only a circle in the plane has them."""
+        middle = np.asarray(self.centre, dtype=float)
+        return np.array([middle - self.radius, middle + self.radius])[: 2 * (self.axis == "z")]
 
     def _words(self) -> str:
         ends = [f"{v:.12g}" if v is not None else "INF" for v in (self.low, self.high)]
@@ -195,6 +221,21 @@ class Combined(Region):
         join = np.logical_and if self.how == "intersect" else np.logical_or
         return np.asarray(join.reduce(masks))
 
+    @property
+    def known(self) -> bool:
+        """As :attr:`Region.known`."""
+        return all(part.known for part in self.parts)
+
+    @property
+    def corners(self) -> Array:
+        """As :attr:`Region.corners`."""
+        return np.vstack([part.corners for part in self.parts])
+
+    def described(self) -> dict[str, Any]:
+        """As :meth:`Region.described`."""
+        parts = [part.described() for part in self.parts]
+        return {"kind": "Combined", "parts": parts, "how": self.how, "inside": self.inside}
+
     def commands(self, name: str, rotate: str = "") -> list[str]:
         """The parts, then what joins them."""
         names = [f"{name}_{k}" for k in range(1, len(self.parts) + 1)]
@@ -215,12 +256,35 @@ class OtherRegion(Region):
     text: str
     inside: bool = True
 
+    @property
+    def known(self) -> bool:
+        """As :attr:`Region.known`: it is not."""
+        return False
+
     def contains(self, points: ArrayLike) -> Mask:
         """Everything: the region is LAMMPS's."""
         return np.ones(len(np.atleast_2d(points)), dtype=bool)
 
     def _words(self) -> str:
         return self.text
+
+
+def described_region(described: dict[str, Any]) -> Region:
+    """The region that :meth:`Region.described` has told of.
+
+    Raises:
+        ValueError: no such kind of region.
+    """
+    kinds: dict[str, Callable[..., Region]] = {
+        kind.__name__: kind for kind in (Block, Cylinder, Sphere, Combined, OtherRegion)
+    }
+    words = {k: tuple(v) if isinstance(v, list) else v for k, v in described.items()}
+    kind = str(words.pop("kind", None))
+    if kind not in kinds:
+        raise ValueError(f"no region of kind '{kind}': one of {', '.join(kinds)} needed")
+    if kind == "Combined":
+        words["parts"] = tuple(described_region(part) for part in words["parts"])
+    return kinds[kind](**words)
 
 
 def numbers(values: Sequence[float]) -> str:

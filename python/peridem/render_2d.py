@@ -12,13 +12,14 @@ from peridem import results_contacts
 from peridem.cloud import unique_faces
 from peridem.render_style import CHAIN, DARK, WALL, Style
 from peridem.results_fragments import labels
-from peridem.results_output import Output, PlacedWall
+from peridem.results_output import Output, PlacedRegion, PlacedWall
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 Array = NDArray[np.float64]
 
+PIXELS = 800  # across a picture, on which it is asked what is wall
 WIDEST = 0.5  # line of the largest force, in contact radii
 
 
@@ -40,6 +41,8 @@ def draw_frame(
     colours, shade = style.map(), style.shade(output.field(style.field, i))
     for wall in output.walls(output.time(i)):
         axes.add_patch(_half_plane(wall, axes))
+    for region in output.regions(output.time(i)):
+        _draw_region(axes, region)
     cells = output.intact_cells(i)
     rim = _rim(cells)
     loose = np.setdiff1d(np.arange(len(x)), cells)
@@ -168,6 +171,7 @@ def view(output: Output, frames: Sequence[int]) -> tuple[float, float, float, fl
     for i in frames:
         points.append(output.frame(i).position[:, :2])
         points += [wall.point[None, :2] for wall in output.walls(output.time(i))]
+        points += [region.corners for region in output.regions(output.time(i))]
     everything = np.vstack(points)
     margin = 3.0 * output.contact_radius
     low, high = everything.min(axis=0) - margin, everything.max(axis=0) + margin
@@ -197,3 +201,27 @@ def _half_plane(wall: PlacedWall, axes: Axes) -> Any:
         back - size * along,
     ]
     return Polygon(np.array(corners), facecolor=WALL, edgecolor="none", zorder=1)
+
+
+def _draw_region(axes: Axes, wall: PlacedRegion) -> None:
+    """All that is not on the free side of a region."""
+    from matplotlib.colors import to_rgba
+
+    (x_low, x_high), (y_low, y_high) = axes.get_xlim(), axes.get_ylim()
+    rows = max(1, round(PIXELS * (y_high - y_low) / (x_high - x_low)))
+    x = x_low + (np.arange(PIXELS) + 0.5) / PIXELS * (x_high - x_low)
+    y = y_low + (np.arange(rows) + 0.5) / rows * (y_high - y_low)
+    points = np.column_stack([values.ravel() for values in np.meshgrid(x, y)])
+    solid = ~wall.contains(points).reshape(rows, PIXELS)
+    picture = np.empty((rows, PIXELS, 4))
+    picture[:] = to_rgba(WALL)
+    picture[..., 3] = solid
+    axes.imshow(
+        picture,
+        extent=(x_low, x_high, y_low, y_high),
+        origin="lower",
+        interpolation="bilinear",
+        aspect="auto",
+        zorder=1,
+    )
+    axes.set(xlim=(x_low, x_high), ylim=(y_low, y_high))

@@ -19,6 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from peridem.cloud import unique_faces
+from peridem.regions import Region, described_region
 from peridem.results_dump import Dump, Frame
 from peridem.results_tables import Table, thermo
 from peridem.run_script import LOG, commands
@@ -39,6 +40,42 @@ class PlacedWall:
     point: Array
     normal: Array
     velocity: Array
+
+
+@dataclass(frozen=True)
+class PlacedRegion:
+    """A region that is a wall, at some time: moved, after it was turned about an axis along z.
+
+    Attributes:
+        name: of the wall.
+        region: before it moved.
+        angle: by which it has turned.
+        axis: (2,) where the axis was.
+        shift: (d,) how far it has moved.
+    """
+
+    name: str
+    region: Region
+    angle: float
+    axis: Array
+    shift: Array
+
+    def contains(self, points: Array) -> NDArray[np.bool_]:
+        """Which of the points, (n, d), are on its free side."""
+        back = points - self.shift
+        back[:, :2] = self._turned(back[:, :2], -self.angle)
+        return self.region.contains(back)
+
+    @property
+    def corners(self) -> Array:
+        """Points that a picture of it must hold, (n, 2)."""
+        low_high = self.region.corners.reshape(-1, 2, 2)
+        every = [(box[a, 0], box[b, 1]) for box in low_high for a in (0, 1) for b in (0, 1)]
+        return self._turned(np.array(every).reshape(-1, 2), self.angle) + self.shift[:2]
+
+    def _turned(self, points: Array, angle: float) -> Array:
+        c, s = math.cos(angle), math.sin(angle)
+        return np.asarray((points - self.axis) @ np.array([[c, s], [-s, c]]) + self.axis)
 
 
 class Output:
@@ -346,6 +383,21 @@ class Output:
             normal = normal / np.linalg.norm(normal)
             walls.append(PlacedWall(wall["name"], point + since * velocity, normal, velocity))
         return walls
+
+    def regions(self, time: float) -> list[PlacedRegion]:
+        """The walls that are regions, of a scene, where they are at a time; those whose shape or
+        motion is known to LAMMPS alone are left out."""
+        since = time - float(self.summary.get("start_time", 0.0))
+        return [
+            PlacedRegion(
+                wall["name"],
+                described_region(wall["region"]),
+                wall["rate"] * time,
+                np.array(wall["axis"]),
+                since * np.array(wall["velocity"], dtype=float)[: self.dimension],
+            )
+            for wall in self.summary.get("regions", [])
+        ]
 
 
 def cells_of_points(points: Array, grain: Array) -> Ints:

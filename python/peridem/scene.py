@@ -557,6 +557,11 @@ class Scene:
                 for wall in self.walls
                 if isinstance(wall, Wall)
             ],
+            "regions": [
+                wall.described()
+                for wall in self.walls
+                if isinstance(wall, RegionWall) and wall.drawable
+            ],
         }
 
 

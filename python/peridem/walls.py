@@ -127,6 +127,23 @@ class RegionWall:
         """Whether it has a velocity."""
         return any(self.velocity)
 
+    @property
+    def drawable(self) -> bool:
+        """Whether it is known where it is at any time."""
+        about_z = self.rotation is None or not any(self.rotation.axis[:2])
+        return self.region.known and not self.displacement and about_z
+
+    def described(self) -> dict[str, object]:
+        """What :class:`peridem.results_output.PlacedRegion` is made from; goes into JSON."""
+        turn = self.rotation
+        return {
+            "name": self.name,
+            "region": self.region.described(),
+            "velocity": list(self.velocity),
+            "rate": 0.0 if turn is None else turn.rate * (1.0 if turn.axis[2] > 0.0 else -1.0),
+            "axis": [0.0, 0.0] if turn is None else list(turn.point[:2]),
+        }
+
     def behind(self, nodes: Array) -> float:
         """Above 0 if a node is on the wrong side at the start (how far is not known)."""
         return 0.0 if self.region.contains(nodes).all() else float("inf")
