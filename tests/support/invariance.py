@@ -37,6 +37,7 @@ class Scene:
     dt: float
     periodic: bool = False
     shear: float = 0.0  # speed of the lid along x
+    sink: float = 0.5  # and down
 
     @property
     def solid(self) -> Solid:
@@ -69,7 +70,10 @@ class Scene:
         low, high = one.x[:, 1].min() - 0.98, one.x[:, 1].max() + 0.98
         lines = [
             f"fix floor all peridem/wall plane 0 {low:.12g} 0 0 1 0",
-            f"fix lid all peridem/wall plane 0 {high:.12g} 0 0 -1 0 velocity {self.shear} -0.5 0",
+            (
+                f"fix lid all peridem/wall plane 0 {high:.12g} 0 0 -1 0 velocity {self.shear} "
+                f"{-self.sink} 0"
+            ),
             "fix weight all gravity 0.02 vector 0 -1 0",
         ]
         if not self.periodic:
