@@ -147,11 +147,16 @@ void PairPeridemLPS::compute(int eflag, int vflag)
     batch_version = bonds->version;
   }
 
-  // energy and virial are tallied bond by bond, by the general engine
+  // energy and virial of single nodes are tallied by the general engine alone
 
-  batching = batch && !evflag;
+  batching = batch && !(eflag_atom || vflag_atom || cvflag_atom);
   theta_stale = false;
-  if (batching) batch->compute();
+  if (batching) {
+    batch->compute(evflag);
+    if (eflag_global) eng_vdwl += batch->energy();
+    if (vflag_global)
+      for (int m = 0; m < 6; m++) virial[m] += batch->virial()[m];
+  }
   if (!batching || batch->general_too()) general_passes();
   theta_stale = batching;
   if (batch && !batching && batch->outdated()) batch_version = -1;
@@ -511,7 +516,7 @@ template <bool VISCOUS> void PairPeridemLPS::force_pass_tally()
   double **x = atom->x, **v = atom->v, **f = atom->f;
 
   for (int i = 0; i < nlocal; i++) {
-    if (bonds->num[i] <= 0 || bonds->rigid[i]) continue;
+    if (elsewhere(i)) continue;
     double fi[3] = {0.0, 0.0, 0.0};
     double w[6] = {0.0, 0.0, 0.0, 0.0, 0.0, 0.0};
     for (bigint k = bonds->start[i]; k < bonds->start[i] + bonds->num[i]; k++) {
@@ -586,8 +591,9 @@ void PairPeridemLPS::apply_stiffness(const std::vector<double> &u, std::vector<d
       n[m] = x[j][m] - x[i][m];
       rsq += n[m] * n[m];
     }
+    const double inverse = 1.0 / std::sqrt(rsq);
     for (int m = 0; m < 3; m++) {
-      n[m] /= std::sqrt(rsq);
+      n[m] *= inverse;
       e += n[m] * (u[3 * j + m] - u[3 * i + m]);
     }
     return e;

@@ -111,8 +111,10 @@ void PeridemBatch::report()
    while positions of borrowed nodes travel, grains without any are computed
 ------------------------------------------------------------------------- */
 
-void PeridemBatch::compute()
+void PeridemBatch::compute(bool tally)
 {
+  tallying = tally;
+  std::fill(std::begin(tallies), std::end(tallies), 0.0);
   drop_broken();
   auto &share = thePlan.share;
   const auto alone = thePlan.first_shared, all = thePlan.groups.size();
@@ -343,20 +345,44 @@ void PeridemBatch::record_stretch(PeridemBatchGroup &group, int n, double scale)
 
 template <int DIM> void PeridemBatch::forces(PeridemBatchGroup &group)
 {
-  using namespace PeridemBatchKernel;
-  const Bonds list{group.nodes, group.first.data(), group.partner.data(), group.inverse.data(),
-                   group.strength.data()};
   pressure.resize(group.nodes);
   for (int n = 0; n < group.nodes; n++) pressure[n].v = group.soft[n].v * group.sum[n].v;
   force.assign(static_cast<std::size_t>(DIM) * group.nodes, Pack{});
-  if (laws[group.type].viscous) {
-    gather<DIM>(group, true, v);
-    force_pass<DIM, true>(list, x.data(), v.data(), pressure.data(), group.stiff.data(),
-                          group.dashpot.data(), force.data());
-  } else {
-    force_pass<DIM, false>(list, x.data(), nullptr, pressure.data(), group.stiff.data(), nullptr,
-                           force.data());
+  if (laws[group.type].viscous) gather<DIM>(group, true, v);
+  if (!tallying) {
+    force_pass<DIM, false>(group, nullptr);
+    return;
   }
+  Pack lanes[PeridemBatchKernel::TALLIES] = {};
+  force_pass<DIM, true>(group, lanes);
+  for (int n = 0; n < group.nodes; n++)
+    lanes[0].v += 0.5 * pressure[n].v * group.sum[n].v;    // (lambda' - G)/2 theta^2 V
+  add_tallies(group, lanes);
+}
+
+/* ---------------------------------------------------------------------- */
+
+template <int DIM, bool TALLY>
+void PeridemBatch::force_pass(const PeridemBatchGroup &group, Pack *lanes)
+{
+  using PeridemBatchKernel::Bonds;
+  const Bonds list{group.nodes, group.first.data(), group.partner.data(), group.inverse.data(),
+                   group.strength.data()};
+  if (laws[group.type].viscous)
+    PeridemBatchKernel::force_pass<DIM, true, TALLY>(list, x.data(), v.data(), pressure.data(),
+                                                     group.stiff.data(), group.dashpot.data(),
+                                                     force.data(), lanes);
+  else
+    PeridemBatchKernel::force_pass<DIM, false, TALLY>(
+        list, x.data(), nullptr, pressure.data(), group.stiff.data(), nullptr, force.data(), lanes);
+}
+
+/* ---------------------------------------------------------------------- */
+
+void PeridemBatch::add_tallies(const PeridemBatchGroup &group, const Pack *lanes)
+{
+  for (int k = 0; k < PeridemBatchKernel::TALLIES; k++)
+    for (int lane = 0; lane < group.lanes; lane++) tallies[k] += PeridemSimd::get(lanes[k], lane);
 }
 
 /* ---------------------------------------------------------------------- */

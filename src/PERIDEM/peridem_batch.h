@@ -43,8 +43,10 @@ class PeridemBatch : protected Pointers {
   bool general_too() const { return general; }
   bool covers(int i) const { return thePlan.covered[i]; }
 
-  // add forces, break bonds; collective
-  void compute();
+  // add forces, break bonds; with tally, find energy and virial of all bonds; collective
+  void compute(bool tally);
+  double energy() const { return tallies[0]; }
+  const double *virial() const { return tallies + 1; }
   // after a step without compute(): have bonds broken that only another rank knows of? Then there must
   // be a new plan(). Collective.
   bool outdated();
@@ -65,6 +67,8 @@ class PeridemBatch : protected Pointers {
   // one batch at work, in cache
   std::vector<PeridemSimd::Pack> x, v, top, pressure, force;
   std::vector<double> lent_sums;    // by local index
+  bool tallying{false};
+  double tallies[7] = {};    // energy, virial
 
   void report();
   void drop_broken();
@@ -80,6 +84,8 @@ class PeridemBatch : protected Pointers {
   void record_stretches(PeridemBatchGroup &);
   void record_stretch(PeridemBatchGroup &, int n, double scale);
   template <int DIM> void forces(PeridemBatchGroup &);
+  template <int DIM, bool TALLY> void force_pass(const PeridemBatchGroup &, PeridemSimd::Pack *);
+  void add_tallies(const PeridemBatchGroup &, const PeridemSimd::Pack *);
   template <int DIM> void scatter(const PeridemBatchGroup &);
 };
 

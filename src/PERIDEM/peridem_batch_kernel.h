@@ -74,10 +74,24 @@ namespace PeridemBatchKernel {
     }
   }
 
-  // v, g: velocities and dashpots, with VISCOUS; force: zero on entry
-  template <int DIM, bool VISCOUS>
+  // Sums over bonds, for each lane: energy of the extensions, and the virial xx, yy, zz, xy, xz, yz
+  static constexpr int TALLIES = 7;
+
+  template <int DIM> inline void tally_bond(Lanes energy, Lanes pull, const Lanes *d, Pack *tallies)
+  {
+    tallies[0].v += energy;
+    for (int m = 0; m < DIM; m++) tallies[1 + m].v -= pull * d[m] * d[m];
+    tallies[4].v -= pull * d[0] * d[1];
+    if (DIM == 3) {
+      tallies[5].v -= pull * d[0] * d[DIM - 1];
+      tallies[6].v -= pull * d[1] * d[DIM - 1];
+    }
+  }
+
+  // v, g: velocities and dashpots, with VISCOUS; force: zero on entry; tallies: with TALLY
+  template <int DIM, bool VISCOUS, bool TALLY>
   void force_pass(const Bonds &bonds, const Pack *x, const Pack *v, const Pack *a, const Pack *b,
-                  const Pack *g, Pack *force)
+                  const Pack *g, Pack *force, Pack *tallies)
   {
     for (int n = 0; n < bonds.nodes; n++) {
       Lanes xn[DIM], vn[DIM], d[DIM], f[DIM], inverse_r, gn{};
@@ -92,13 +106,15 @@ namespace PeridemBatchKernel {
         const int j = bonds.partner[k];
         const Lanes r = PeridemSimd::root(separation<DIM>(x, j, xn, d), inverse_r);
         const Lanes inverse = bonds.inverse[k].v;
-        Lanes t = (an + a[j].v) + (bn + b[j].v) * (r * inverse - 1.0);
+        const Lanes q = bonds.strength[k].v, s = r * inverse - 1.0, bb = bn + b[j].v;
+        Lanes t = (an + a[j].v) + bb * s;
         if (VISCOUS) {
           Lanes rate = (v[DIM * j].v - vn[0]) * d[0];
           for (int m = 1; m < DIM; m++) rate += (v[DIM * j + m].v - vn[m]) * d[m];
           t += (gn + g[j].v) * rate * inverse_r * inverse;
         }
-        t *= bonds.strength[k].v * inverse * inverse_r;
+        t *= q * inverse * inverse_r;
+        if (TALLY) tally_bond<DIM>(0.5 * bb * q * s * s, t, d, tallies);
         for (int m = 0; m < DIM; m++) {
           f[m] += t * d[m];
           force[DIM * j + m].v -= t * d[m];

@@ -138,7 +138,8 @@ def test_grains_that_migrate_and_break_end_in_the_same_state(how, periodic, mpi,
     mpi(script(one, 2, "general", "general", steps=250), 1)
     extra = {
         "balance": "fix even all balance 20 1.0 rcb",
-        "thermo": "thermo_style custom step pe press\nthermo 7",
+        "thermo": "compute each all pe/atom\ncompute sum all reduce sum c_each\n"
+        "thermo_style custom step pe c_sum\nthermo 7",
     }.get(how, "")
     for ranks, grid in ((1, "1 1 1"), (2, "2 1 1"), (4, "2 2 1")):
         tiled = how in ("tiled", "balance")

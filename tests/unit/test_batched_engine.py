@@ -1,7 +1,6 @@
 """``pair_style peridem/lps engine batched``: grains side by side, the general engine's results.
 
-Steps on which nobody asks for energy or pressure are the batched engine's: the thermo output here
-prints the step alone.
+Steps on which nobody asks for the energy or stress of single nodes are the batched engine's.
 """
 
 from __future__ import annotations
@@ -139,8 +138,28 @@ def books(sim) -> float:
     return np.array(sim.lmp.numpy.extract_compute("books", LMP_STYLE_GLOBAL, LMP_TYPE_VECTOR))[2]
 
 
-def test_energy_and_pressure_asked_for_now_and_then_do_not_disturb_the_run(simulation, rng):
-    """Steps with energy are the general engine's: bonds that break there are broken in batches."""
+@pytest.mark.parametrize("viscosity", [0.0, 0.7])
+@pytest.mark.parametrize("name", SOLIDS)
+def test_energy_and_pressure_equal_those_of_the_general_engine(name, viscosity, simulation, rng):
+    solid = replace(SOLIDS[name], viscosity=viscosity)
+    one = grains(rng, solid.dimension)
+    v = np.zeros_like(one.x)
+    v[:, : solid.dimension] = rng.normal(size=(one.n, solid.dimension))
+    moved = one.moved(deformed(rng, one, 0.05, solid.dimension), v)
+    words = "pe press pxx pyy pxy" + (" pzz pxz pyz" if solid.dimension == 3 else "")
+    found = []
+    for engine in ("batched", "general"):
+        sim = started(simulation, moved, engine, solid)
+        sim.commands(f"thermo_style custom step {words}\nthermo_modify norm no\nrun 0 post no")
+        found.append([sim.thermo(word) for word in words.split()])
+    assert found[0][0] > 0.1
+    np.testing.assert_allclose(found[0][:1], found[1][:1], rtol=ACCURACY)
+    scale = np.abs(found[1][1:]).max()
+    np.testing.assert_allclose(found[0][1:], found[1][1:], rtol=0, atol=ACCURACY * scale)
+
+
+def test_tallies_of_single_nodes_now_and_then_do_not_disturb_the_run(simulation, rng):
+    """Such steps are the general engine's: bonds that break there are broken in batches."""
     solid = replace(SOLIDS["plane strain"], s0=0.09)
     one = grains(rng, 2)
     v = 0.1 * rng.normal(size=one.x.shape) * [1, 1, 0]
@@ -148,7 +167,10 @@ def test_energy_and_pressure_asked_for_now_and_then_do_not_disturb_the_run(simul
     tail = "fix motion all nve\ntimestep 0.05\n"
     quiet = started(simulation, moved, "batched", solid, tail)
     talking = started(simulation, moved, "batched", solid, tail)
-    talking.commands("thermo_style custom step pe press\nthermo 3\nthermo_modify norm no")
+    talking.commands(
+        "compute each all pe/atom\ncompute all all reduce sum c_each\n"
+        "thermo_style custom step c_all\nthermo 3"
+    )
     for sim in (quiet, talking):
         sim.commands("run 100 post no")
     left = quiet.compute("node")[:, BONDS].sum()
