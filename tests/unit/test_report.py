@@ -65,6 +65,7 @@ def test_the_page_has_what_is_stored_and_names_what_is_not(tmp_path) -> None:
         "name": "patch",
         "size": "small",
         "seconds": 2.4,
+        "parameters": report.parameters_text({"sizes": (2.0, 3.015), "m": 3}),
         "rows": [asdict(row) for row in rows],
         "notes": ["A remark."],
         "plot": False,
@@ -76,6 +77,7 @@ def test_the_page_has_what_is_stored_and_names_what_is_not(tmp_path) -> None:
     assert "| a \\| b | ≤ 1 | 2 | bound | w | **NOT MET** |" in page
     assert "A remark." in page
     assert "small size" in page
+    assert "sizes = 2, 3.015; m = 3. 2 s." in page
     missing = page.split("Not run: ")[1].split(".**")[0]
     assert "surface" in missing
     assert "patch" not in missing

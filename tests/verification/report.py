@@ -17,6 +17,7 @@ import subprocess
 import sys
 import tempfile
 import time
+from collections.abc import Mapping
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import asdict
 from pathlib import Path
@@ -65,6 +66,7 @@ def run_here(name: str, size: str, results: Path) -> None:
         "name": name,
         "size": size,
         "seconds": seconds,
+        "parameters": parameters_text(case.parameters(size)),
         "rows": [asdict(row) for row in outcome.rows],
         "notes": list(outcome.notes),
         "plot": plot.is_file(),
@@ -147,16 +149,16 @@ def value_text(value: Any) -> str:
     return str(value)
 
 
+def parameters_text(given: Mapping[str, Any]) -> str:
+    words = "; ".join(f"{key} = {value_text(value)}" for key, value in given.items())
+    return words or "none"
+
+
 def case_text(case: Case, result: dict[str, Any], folder: str) -> str:
     rows = [Row(**row) for row in result["rows"]]
     lines = [f"### {case.title}", f'<a id="{case.name}"></a>', "", case.what, ""]
     lines += [f"*Expected from*: {case.source}", ""]
-    given = case.parameters(result["size"])
-    if given:
-        words = "; ".join(f"{key} = {value_text(value)}" for key, value in given.items())
-        lines += [f"*Parameters*: {words}. {result['seconds']:.0f} s.", ""]
-    else:
-        lines += [f"{result['seconds']:.0f} s.", ""]
+    lines += [f"*Parameters*: {result['parameters']}. {result['seconds']:.0f} s.", ""]
     lines += ["| quantity | expected | got | tolerance | its reason | |"]
     lines += ["| --- | --- | --- | --- | --- | --- |"]
     lines += [row_line(row) for row in rows]
