@@ -69,7 +69,7 @@ class Region:
 
     @property
     def corners(self) -> Array:
-        """Corners of the box around its surface in the plane, (n, 2); none if it is not known."""
+        """Points around its surface in the plane, (n, 2); none if it is not known."""
         return np.empty((0, 2))
 
     def described(self) -> dict[str, Any]:
@@ -112,7 +112,8 @@ class Block(Region):
     @property
     def corners(self) -> Array:
         """As :attr:`Region.corners`."""
-        return np.array([self.low[:2], self.high[:2]], dtype=float)
+        (x0, y0), (x1, y1) = self.low[:2], self.high[:2]
+        return np.array([(x0, y0), (x1, y0), (x1, y1), (x0, y1)], dtype=float)
 
     def _words(self) -> str:
         sides = [f"{a:.12g} {b:.12g}" for a, b in zip(self.low, self.high, strict=True)]
@@ -164,9 +165,12 @@ class Cylinder(Region):
 
     @property
     def corners(self) -> Array:
-        """As :attr:`Region.corners`; only a circle in the plane has them."""
-        middle = np.asarray(self.centre, dtype=float)
-        return np.array([middle - self.radius, middle + self.radius])[: 2 * (self.axis == "z")]
+        """As :attr:`Region.corners`: of a circle in the plane, not of other cylinders."""
+        if self.axis != "z":
+            return np.empty((0, 2))
+        angle = np.linspace(0.0, 2.0 * math.pi, 49)
+        round_ = np.column_stack([np.cos(angle), np.sin(angle)])
+        return np.asarray(np.array(self.centre) + self.radius * round_)
 
     def _words(self) -> str:
         ends = [f"{v:.12g}" if v is not None else "INF" for v in (self.low, self.high)]
@@ -228,8 +232,9 @@ class Combined(Region):
 
     @property
     def corners(self) -> Array:
-        """As :attr:`Region.corners`."""
-        return np.vstack([part.corners for part in self.parts])
+        """As :attr:`Region.corners`: of the parts that grains are inside of, if there are any."""
+        around = [part for part in self.parts if part.inside]
+        return np.vstack([part.corners for part in around or self.parts])
 
     def described(self) -> dict[str, Any]:
         """As :meth:`Region.described`."""

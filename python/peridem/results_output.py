@@ -69,9 +69,7 @@ class PlacedRegion:
     @property
     def corners(self) -> Array:
         """Points that a picture of it must hold, (n, 2)."""
-        low_high = self.region.corners.reshape(-1, 2, 2)
-        every = [(box[a, 0], box[b, 1]) for box in low_high for a in (0, 1) for b in (0, 1)]
-        return self._turned(np.array(every).reshape(-1, 2), self.angle) + self.shift[:2]
+        return self._turned(self.region.corners, self.angle) + self.shift[:2]
 
     def _turned(self, points: Array, angle: float) -> Array:
         c, s = math.cos(angle), math.sin(angle)

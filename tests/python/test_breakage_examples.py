@@ -7,6 +7,7 @@ import sys
 from pathlib import Path
 
 import pytest
+from peridem import results, scene
 
 EXAMPLES = Path(__file__).resolve().parents[2] / "examples"
 
@@ -37,3 +38,31 @@ def test_single_grains_break_at_the_strengths_of_the_readme(tmp_path, lmp):
     assert 0.7 < rows["cracked disc"]["strength"] / rows["cracked disc"]["theory"] < 1.0
     assert (tmp_path / "grains.png").stat().st_size > 10_000
     assert (tmp_path / "strength.png").is_file()
+
+
+def test_compaction_to_forty_per_cent(tmp_path, lmp):
+    made("compaction", tmp_path, lmp)
+    found = json.loads((tmp_path / "numbers.json").read_text())
+    breaking, whole = found["breaking"], found["unbreakable"]
+    assert breaking["void ratio at start"] == pytest.approx(1.4065, rel=1e-3)  # the packing
+    # 40 % of the first height, the last record ending a thousandth before the end
+    solid = 1.0 / (1.0 + breaking["void ratio at start"])
+    assert breaking["void ratio at end"] == pytest.approx(0.6 / solid - 1.0, abs=0.01)
+    assert breaking["damage"] > 0.2 and whole["damage"] == 0.0
+    assert breaking["fragments"] > whole["fragments"] == 9
+    # breaking grains carry less; by a third and more in all runs seen
+    for strain in (0.2, 0.3):
+        assert breaking[f"stress at {strain}"] < 0.7 * whole[f"stress at {strain}"]
+    # kPa of the unbreakable grains, whose course is not chaotic so soon
+    assert whole["stress at 0.3"] == pytest.approx(8.9e5, rel=0.15)
+    for row in (breaking, whole):
+        # Coulomb's law on the side walls; averages of two series of numbers of one record
+        assert row["largest slip"] < 0.4 * 1.001
+        assert abs(row["drift over work"]) < 2e-3  # the account of energy closes, O(dt^2)
+        assert 0.1 < row["side over lid"] < 0.6
+    for case in ("breaking", "unbreakable"):
+        record = results.averages(tmp_path / case / scene.WALLS)
+        up = {name: record[f"f_{name}[2]"] for name in ("lid", "floor", "left", "right")}
+        late = record["v_lid_travel"] > 0.8 * record["v_lid_travel"][-1]
+        # the grains are pressed slowly, so the forces on the walls balance but for their inertia
+        assert abs(sum(up.values())[late].mean()) < 0.05 * up["lid"][late].mean()

@@ -69,7 +69,9 @@ def test_a_turning_drum_is_where_its_angle_says(tmp_path):
     assert placed.contains(right) and not placed.contains(below)
     [start] = output.regions(0.0)
     assert not start.contains(right) and start.contains(below)
-    assert placed.corners.min(axis=0) == pytest.approx([-4e-3, -4e-3])
+    # a picture holds the circle, at any angle (to the sag of a side of the polygon of 48 around it)
+    for at in (output.regions(0.1 * quarter)[0], placed):
+        assert at.corners.min(axis=0) == pytest.approx([-4e-3, -3e-3], abs=2.2e-5)
 
 
 def test_a_moving_region_is_where_its_velocity_says(tmp_path):
