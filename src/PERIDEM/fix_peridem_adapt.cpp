@@ -382,7 +382,7 @@ void FixPeridemAdapt::freeze(const std::vector<tagint> &which)
     locate(atom->x[i], i, r);
     for (int k = 0; k < 3; k++) r[k] -= grain->body.x[k];
     grain->body.to_body(r, offset[i]);
-    grain->body.velocity(r, atom->v[i]);
+    set_velocity(i, grain->body, r);
   }
   find_reach(which);
 }
@@ -585,16 +585,16 @@ void FixPeridemAdapt::move_deformable(bool drift)
 
 void FixPeridemAdapt::place()
 {
-  double **x = atom->x, **v = atom->v;
+  double **x = atom->x;
   for (int i = 0; i < atom->nlocal; i++) {
     const auto *const grain = grain_of(i);
     if (!grain || grain->state != Grain::RIGID) continue;
     const auto &body = grain->body;
     double r[3], origin[3], home[3] = {0.0, 0.0, 0.0};
     body.to_space(offset[i], r);
-    body.velocity(r, v[i]);
+    set_velocity(i, body, r);
     locate(home, i, origin);
-    for (int k = 0; k < 3; k++) x[i][k] = body.x[k] + r[k] - origin[k];
+    for (int k = 0; k < domain->dimension; k++) x[i][k] = body.x[k] + r[k] - origin[k];
   }
 }
 
@@ -607,8 +607,19 @@ void FixPeridemAdapt::set_velocities()
     if (!grain || !grain->rigid()) continue;
     double r[3];
     grain->body.to_space(offset[i], r);
-    grain->body.velocity(r, atom->v[i]);
+    set_velocity(i, grain->body, r);
   }
+}
+
+/* ----------------------------------------------------------------------
+   of a node at r from the centre; in a 2d simulation rounding must not lift nodes off their plane:
+   a grain under load would buckle out of it
+------------------------------------------------------------------------- */
+
+void FixPeridemAdapt::set_velocity(int i, const PeridemRigidBody &body, const double *r)
+{
+  body.velocity(r, atom->v[i]);
+  if (domain->dimension == 2) atom->v[i][2] = 0.0;
 }
 
 /* ---------------------------------------------------------------------- */
@@ -778,7 +789,8 @@ void FixPeridemAdapt::relax_vibration()
     locate(atom->x[i], i, r);
     for (int k = 0; k < 3; k++) r[k] -= grain->body.x[k];
     grain->body.velocity(r, u);
-    for (int k = 0; k < 3; k++) atom->v[i][k] += part[atom->molecule[i]] * (u[k] - atom->v[i][k]);
+    for (int k = 0; k < domain->dimension; k++)
+      atom->v[i][k] += part[atom->molecule[i]] * (u[k] - atom->v[i][k]);
   }
 }
 

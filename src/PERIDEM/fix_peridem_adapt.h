@@ -127,6 +127,7 @@ class FixPeridemAdapt : public FixNVE {
   void move_deformable(bool drift);
   void place();
   void set_velocities();
+  void set_velocity(int i, const PeridemRigidBody &, const double *r);
   void sum_forces();
   void add_force(int i, const PeridemRigidBody &, double *sum, double &node) const;
   bool consider_loads();

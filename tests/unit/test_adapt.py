@@ -301,3 +301,14 @@ def test_unbreakable_grains_need_a_stretch(simulation):
         sim.commands(script("peridem/adapt eta 0.3", solid) + "run 1")
     sim = simulation().load(two_discs(0.1), dimension=2)
     sim.commands(script("peridem/adapt stretch 0.01", solid) + "run 1 post no")
+
+
+def test_in_two_dimensions_nothing_leaves_the_plane(simulation):
+    """Rounding alone would do: a grain under load buckles out of it."""
+    sim = simulation().load(two_discs(0.05, spin=0.005, offset=1.0), dimension=2)
+    solid = Solid(**{**SOLID.__dict__, "viscosity": 1.0})
+    sim.commands(script("peridem/adapt eta 0.2 back 0.6 every 10 hold 2", solid))
+    sim.commands("run 3000 post no")
+    assert sim.fix_vector("motion", 4)[3] >= 2
+    assert np.all(sim.atoms("x")[:, 2] == 0.0)
+    assert np.all(sim.atoms("v")[:, 2] == 0.0)
