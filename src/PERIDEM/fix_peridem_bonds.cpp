@@ -291,12 +291,16 @@ void FixPeridemBonds::setup(int)
 {
   if (update->whichflag != 1 || modify->get_fix_by_style("^peridem/timestep$").size()) return;
   const auto limits = stability.find();
+  const bool levels = limits.bond_count * limits.contact_count > 1;
   if (update->dt > limits.stable && comm->me == 0)
     error->warning(
         FLERR,
         "The time step {:.4g} is longer than the largest stable one, {:.4g} (bonds alone "
-        "{:.4g}, contacts alone {:.4g}): use fix peridem/timestep or a smaller timestep",
-        update->dt, limits.stable, limits.bonds, limits.contacts);
+        "{:.4g}, contacts alone {:.4g}{}): use fix peridem/timestep or a smaller timestep",
+        update->dt, limits.stable, limits.bonds, limits.contacts,
+        levels ? fmt::format(", at levels with {} and {} steps in it", limits.bond_count,
+                             limits.contact_count)
+               : "");
   else if (update->dt > limits.speeds && comm->me == 0)
     error->warning(
         FLERR,

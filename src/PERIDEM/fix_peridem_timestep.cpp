@@ -79,8 +79,6 @@ void FixPeridemTimestep::init()
 {
   if (modify->get_fix_by_style("^peridem/timestep$").size() > 1)
     error->all(FLERR, Error::NOLASTLINE, "More than one fix {}", style);
-  if (utils::strmatch(update->integrate_style, "^respa"))
-    error->all(FLERR, Error::NOLASTLINE, "Fix {} cannot be used with run_style respa", style);
 }
 
 /* ---------------------------------------------------------------------- */
@@ -118,15 +116,20 @@ void FixPeridemTimestep::set_timestep()
       utils::logmesg(
           lmp,
           "PERIDEM: time step set to {:.4g}, {:.2g} of the largest stable one; {} limit it "
-          "(bonds alone {:.4g}, contacts alone {:.4g}, with dashpots {:.4g}{})\n",
+          "(bonds alone {:.4g}, contacts alone {:.4g}, with dashpots {:.4g}{}{})\n",
           dt, dt / limits.stable, ruling, limits.bonds, limits.contacts, limits.stable,
-          ruling == "speeds" ? fmt::format(", speeds {:.4g}", limits.speeds) : "");
+          ruling == "speeds" ? fmt::format(", speeds {:.4g}", limits.speeds) : "",
+          limits.bond_count * limits.contact_count > 1
+              ? fmt::format("; in each step {} of bonds, {} of contacts", limits.bond_count,
+                            limits.contact_count)
+              : "");
   }
   if (dt == update->dt) return;
 
   update->update_time();
   update->dt = dt;
   update->dt_default = 0;
+  update->integrate->reset_dt();    // of its levels
   if (force->pair) force->pair->reset_dt();
   for (const auto &ifix : modify->get_fix_list()) ifix->reset_dt();
   output->reset_dt();

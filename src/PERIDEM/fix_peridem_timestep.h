@@ -43,7 +43,7 @@ class FixPeridemTimestep : public Fix {
  private:
   double safety{0.8};
   PeridemStability stability;
-  PeridemStability::Limits limits{0.0, 0.0, 0.0, 0.0};
+  PeridemStability::Limits limits;
   std::string ruling;
 };
 

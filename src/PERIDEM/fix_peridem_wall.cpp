@@ -30,6 +30,7 @@
 #include "force.h"
 #include "modify.h"
 #include "neighbor.h"
+#include "respa.h"
 #include "update.h"
 
 #include <cmath>
@@ -45,7 +46,8 @@ static constexpr double WORTH_A_WARNING = 0.01;
 /* ---------------------------------------------------------------------- */
 
 FixPeridemWall::FixPeridemWall(LAMMPS *lmp, int narg, char **arg) :
-    Fix(lmp, narg, arg), motion(lmp, style), nearby(lmp), own_bodies(lmp), collisions(lmp)
+    Fix(lmp, narg, arg), motion(lmp, style), nearby(lmp), own_bodies(lmp), collisions(lmp),
+    level(lmp), clock(lmp)
 {
   if (!atom->style_match("peridem"))
     error->all(FLERR, 2, "Fix {} requires atom style peridem; the atom style is {}", style,
@@ -129,7 +131,7 @@ int FixPeridemWall::parse_keyword(int iarg, int narg, char **arg)
 
 int FixPeridemWall::setmask()
 {
-  return POST_FORCE | MIN_POST_FORCE;
+  return POST_FORCE | POST_FORCE_RESPA | MIN_POST_FORCE;
 }
 
 /* ----------------------------------------------------------------------
@@ -139,15 +141,12 @@ int FixPeridemWall::setmask()
 
 void FixPeridemWall::init()
 {
-  // springs and the work of the wall go by the time step, which several levels do not share
-  if (utils::strmatch(update->integrate_style, "^respa"))
-    error->all(FLERR, Error::NOLASTLINE, "Fix {} {} cannot be used with run_style respa", id,
-               style);
   surface->init();
   motion.init();
 
   const auto *contact =
       dynamic_cast<PairPeridemContact *>(lmp->force->pair_match("peridem/contact", 1));
+  find_level(contact);
   const auto spacings = PeridemGrains::spacings(lmp);
   extremes = PeridemGrains::extremes(lmp);
   const auto adapts = modify->get_fix_by_style("^peridem/adapt$");
@@ -176,6 +175,21 @@ void FixPeridemWall::init()
 }
 
 /* ----------------------------------------------------------------------
+   at the level of contacts among nodes: springs of both are alike, and collisions share the bodies
+------------------------------------------------------------------------- */
+
+void FixPeridemWall::find_level(const PairPeridemContact *contact)
+{
+  level.find(contact, "Pair style peridem/contact");
+  if (level.respa()) respa_level = level.index();    // for LAMMPS to print
+  if (level.count() > 1 && surface->changes_shape())
+    error->all(FLERR, Error::NOLASTLINE,
+               "Fix {} {}: a region of variable shape changes at the outermost level of run_style "
+               "respa only, and this wall acts at level {}",
+               id, style, level.index() + 1);
+}
+
+/* ----------------------------------------------------------------------
    one line for all types with the same law
 ------------------------------------------------------------------------- */
 
@@ -194,7 +208,9 @@ void FixPeridemWall::setup(int vflag)
 {
   follow_surface();
   if (!started) check_start();
+  if (level.respa()) level.respa()->copy_flevel_f(level.index());
   post_force(vflag);
+  if (level.respa()) level.respa()->copy_f_flevel(level.index());
   if (!started) check_overlaps();
   started = true;
 }
@@ -212,11 +228,9 @@ void FixPeridemWall::min_setup(int vflag)
 
 void FixPeridemWall::follow_surface()
 {
-  const bool stepping =
-      update->whichflag == 1 && !update->setupflag && update->ntimestep != last_step;
-  surface->advance(stepping);
-  motion.advance(stepping);
-  last_step = update->ntimestep;
+  now = clock.next(level);
+  surface->advance(now);
+  motion.advance(now);
 }
 
 /* ---------------------------------------------------------------------- */
@@ -354,7 +368,7 @@ FixPeridemWall::Power FixPeridemWall::power() const
 
 void FixPeridemWall::renew_list()
 {
-  const bool new_indices = neighbor->ago == 0;
+  const bool new_indices = level.lists_are_new();
   if (!new_indices && !nearby.stale(*surface, motion)) return;
   nearby.build(*surface, motion, groupbit, largest_radius);
   if (new_indices && !surface->pushes_back()) check_lost();
@@ -390,11 +404,36 @@ void FixPeridemWall::post_force(int vflag)
   loads_before.swap(loads);
   clear_loads();
   advance = update->setupflag == 0;
+  dt = level.dt();
 
   impacts.clear();
   touch_all();
   if (any_restitution) impact_pass();
   if (advance && update->whichflag == 1) add_work();
+  average_loads();
+}
+
+/* ----------------------------------------------------------------------
+   At an inner level forces swing within each step of the run, and where it ends, at the kick of
+   the outer level, they are always at the same phase: only their mean is what the wall feels.
+------------------------------------------------------------------------- */
+
+void FixPeridemWall::average_loads()
+{
+  const double share = now.stepping ? 1.0 / level.count() : 1.0;
+  if (now.begins || mean_loads.size() != loads.size()) mean_loads.assign(loads.size(), Load());
+  for (std::size_t n = 0; n < loads.size(); n++)
+    for (int m = 0; m < 3; m++) {
+      mean_loads[n].force[m] += share * loads[n].force[m];
+      mean_loads[n].torque[m] += share * loads[n].torque[m];
+    }
+}
+
+/* ---------------------------------------------------------------------- */
+
+void FixPeridemWall::post_force_respa(int vflag, int ilevel, int /*iloop*/)
+{
+  if (ilevel == level.index()) post_force(vflag);
 }
 
 /* ---------------------------------------------------------------------- */
@@ -471,8 +510,7 @@ void FixPeridemWall::touch(int i, const PeridemSurface::Foot &foot)
   const double fn = PeridemContactLaw::normal(k, beta, overlap, rate);
   double drag[3] = {0.0, 0.0, 0.0};
   if (law.friction > 0.0)
-    law.tangential({k, beta, fn, atom->rmass[i], update->dt, advance, normal}, slide, memory.slip,
-                   drag);
+    law.tangential({k, beta, fn, atom->rmass[i], dt, advance, normal}, slide, memory.slip, drag);
 
   double on_node[3];
   for (int m = 0; m < 3; m++) {
@@ -501,8 +539,7 @@ void FixPeridemWall::impact(const Impact &one)
   const double approach = one.body.whole ? collision.approach() : one.approach;
   if (advance) peak = MAX(peak, approach);
   const double mobility = one.body.mobility_along(one.foot.normal);
-  const double size =
-      laws[atom->type[i]].impact_force(one.elastic, approach, peak, mobility, update->dt);
+  const double size = laws[atom->type[i]].impact_force(one.elastic, approach, peak, mobility, dt);
   double push[3];
   for (int m = 0; m < 3; m++) {
     push[m] = size * one.foot.normal[m];
@@ -563,7 +600,7 @@ void FixPeridemWall::add_work()
           (parts[n].velocity[m] + motion.velocity[m]);
       power -= 0.5 * (loads[n].torque[m] + loads_before[n].torque[m]) * parts[n].spin[m];
     }
-  work += update->dt * power;
+  work += dt * power;
 }
 
 /* ---------------------------------------------------------------------- */
@@ -703,12 +740,12 @@ void FixPeridemWall::sum_totals()
   if (totals_known) return;
   double mine[8] = {}, centre[3];
   surface->centre(centre);
-  for (std::size_t n = 0; n < loads.size(); n++) {
-    const double *const f = loads[n].force;
+  for (std::size_t n = 0; n < mean_loads.size(); n++) {
+    const double *const f = mean_loads[n].force;
     double arm[3];
     for (int m = 0; m < 3; m++) {
       mine[m] += f[m];
-      mine[3 + m] += loads[n].torque[m];
+      mine[3 + m] += mean_loads[n].torque[m];
       arm[m] = surface->parts()[n].point[m] - centre[m];
     }
     mine[3] += arm[1] * f[2] - arm[2] * f[1];

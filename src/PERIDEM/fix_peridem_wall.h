@@ -24,6 +24,7 @@ FixStyle(peridem/wall,FixPeridemWall);
 #include "peridem_collisions.h"
 #include "peridem_contact_law.h"
 #include "peridem_grains.h"
+#include "peridem_level.h"
 #include "peridem_surface.h"
 #include "peridem_wall_list.h"
 #include "peridem_wall_memory.h"
@@ -36,6 +37,7 @@ namespace LAMMPS_NS {
 
 class FixPeridemAdapt;
 class FixPeridemBonds;
+class PairPeridemContact;
 
 // A surface that nodes of grains touch with the same law as each other, still or moving.
 
@@ -48,6 +50,7 @@ class FixPeridemWall : public Fix {
   void setup(int) override;
   void min_setup(int) override;
   void post_force(int) override;
+  void post_force_respa(int, int, int) override;
   void min_post_force(int) override;
   double compute_scalar() override;
   double compute_vector(int) override;
@@ -110,7 +113,10 @@ class FixPeridemWall : public Fix {
   std::vector<PeridemSurface::Foot> feet;
   bool advance{true};
   bool started{false};
-  bigint last_step{-1};
+  PeridemLevel level;
+  double dt{0.0};    // of its level
+  PeridemClock clock;
+  PeridemMoment now;
 
   // on this rank, of the last force evaluation: force on each part of the wall and torque about
   // the point of the part, power of faces that change their shape, deepest overlap, elastic energy
@@ -118,6 +124,7 @@ class FixPeridemWall : public Fix {
     double force[3], torque[3];
   };
   std::vector<Load> loads, loads_before;
+  std::vector<Load> mean_loads;    // of the force evaluations in one step of the run
   double shape_power{0.0}, deepest{0.0}, energy{0.0};
   int most_touched{0};    // faces, by one node
   double springs{0.0};    // energy of the tangential springs
@@ -134,6 +141,7 @@ class FixPeridemWall : public Fix {
   int parse_surface(int, int, char **);
   int parse_keyword(int, int, char **);
   void describe(const std::vector<int> &) const;
+  void find_level(const PairPeridemContact *);
   void follow_surface();
   bool misplaced(int i) const;
   bigint sum_misplaced(bigint count, tagint &lowest) const;
@@ -143,6 +151,7 @@ class FixPeridemWall : public Fix {
   double springs_at_a_node() const;
   void renew_list();
   void clear_loads();
+  void average_loads();
   void touch_all();
   double linger(int i) const;
   void touch(int i, const PeridemSurface::Foot &);

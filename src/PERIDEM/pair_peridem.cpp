@@ -17,6 +17,7 @@
 
 #include "fix_peridem_bonds.h"
 #include "fix_peridem_ledger.h"
+#include "peridem_level.h"
 
 #include "atom.h"
 #include "comm.h"
@@ -161,6 +162,7 @@ void PairPeridem::init_style()
     error->all(FLERR, Error::NOLASTLINE,
                "Pair style {} requires atom style peridem; the atom style is {}", name,
                atom->get_style());
+  PeridemLevel(lmp).find(this, fmt::format("Pair style {}", name));    // it has one
 
   // types of other solids: their bonds are not for this one to break
   PeridemMaterial none;

@@ -54,7 +54,8 @@ static constexpr double SKIN = 0.3;
 
 /* ---------------------------------------------------------------------- */
 
-PairPeridemContact::PairPeridemContact(LAMMPS *lmp) : Pair(lmp), bodies(lmp), collisions(lmp)
+PairPeridemContact::PairPeridemContact(LAMMPS *lmp) :
+    Pair(lmp), level(lmp), bodies(lmp), collisions(lmp)
 {
   single_enable = 0;
   restartinfo = 1;
@@ -172,6 +173,7 @@ PeridemContactKnown PairPeridemContact::known(LAMMPS *lmp, int itype, int jtype,
 void PairPeridemContact::init_style()
 {
   check_styles();
+  level.find(this, "Pair style peridem/contact");
   mix_pairs();
   find_laws();
   const auto adapts = modify->get_fix_by_style("^peridem/adapt$");
@@ -199,10 +201,6 @@ void PairPeridemContact::check_styles()
     error->all(FLERR, Error::NOLASTLINE,
                "Pair style peridem/contact requires atom style peridem; the atom style is {}",
                atom->get_style());
-  // springs and dashpots go by the time step, which several levels do not share
-  if (utils::strmatch(update->integrate_style, "^respa"))
-    error->all(FLERR, Error::NOLASTLINE,
-               "Pair style peridem/contact cannot be used with run_style respa");
   if (mix_flag != GEOMETRIC && comm->me == 0)
     error->warning(FLERR,
                    "pair_modify mix has no effect on pair style peridem/contact: types without "
@@ -358,11 +356,12 @@ double PairPeridemContact::init_one(int i, int j)
 void PairPeridemContact::compute(int eflag, int vflag)
 {
   ev_init(eflag, vflag);
-  if (neighbor->ago == 0) pick_candidates();
+  if (level.lists_are_new()) pick_candidates();
   add_broken_bonds();
   if (!overlaps_checked) check_overlaps();
 
   advance = update->setupflag == 0;
+  dt = level.dt();
   impacts.clear();
   bodies_found = false;
   if (books.open) books.clear(atom->nlocal);
@@ -606,7 +605,7 @@ void PairPeridemContact::touch(int i, int j, double distance, double rsq, const 
     if (law.friction > 0.0) {
       const double mi = atom->rmass[i], mj = atom->rmass[j];
       double drag[3];
-      law.tangential({k, beta, fn, mi * mj / (mi + mj), update->dt, advance, n}, slide,
+      law.tangential({k, beta, fn, mi * mj / (mi + mj), dt, advance, n}, slide,
                      spring ? spring->slip : nullptr, drag);
       for (int m = 0; m < 3; m++) total[m] += drag[m];
       if (books.open) book(i, j, books.friction, drag);
@@ -745,7 +744,7 @@ void PairPeridemContact::add_impact(const Impact &impact)
 
   const auto &law = laws[index(atom->type[i], atom->type[j])];
   const double mobility = bi.mobility_along(impact.n) + bj.mobility_along(impact.n);
-  const double force = law.impact_force(impact.elastic, approach, peak, mobility, update->dt);
+  const double force = law.impact_force(impact.elastic, approach, peak, mobility, dt);
   double push[3], pull[3], centres[3];
   for (int m = 0; m < 3; m++) {
     push[m] = -force * impact.n[m];

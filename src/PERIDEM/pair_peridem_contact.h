@@ -25,6 +25,7 @@ PairStyle(peridem/contact,PairPeridemContact);
 #include "peridem_collisions.h"
 #include "peridem_contact_law.h"
 #include "peridem_grains.h"
+#include "peridem_level.h"
 
 #include <vector>
 
@@ -117,6 +118,8 @@ class PairPeridemContact : public Pair {
   FixPeridemHistory *history{nullptr};
   bool live{false};    // the springs here are newer than those of the fix
   bool advance{true};
+  PeridemLevel level;
+  double dt{0.0};    // of its level
 
   PeridemGrains::Extremes extremes;
   FixPeridemAdapt *adapt{nullptr};

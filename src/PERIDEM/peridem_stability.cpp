@@ -19,6 +19,8 @@
 #include "fix_peridem_wall.h"
 #include "pair_peridem.h"
 #include "pair_peridem_contact.h"
+#include "peridem_impulse.h"
+#include "peridem_level.h"
 
 #include "atom.h"
 #include "error.h"
@@ -36,6 +38,9 @@ static constexpr double INFINITE = std::numeric_limits<double>::infinity();
 // a dashpot ratio above this shortens the step by more than a third: then dashpots are named
 static constexpr double MATTERS = 0.43;
 
+// two limits at one level are together at least this part of the shorter: 1/sqrt(2)
+static constexpr double RESONANT = 0.7;
+
 /* ---------------------------------------------------------------------- */
 
 PeridemStability::PeridemStability(LAMMPS *lmp) : Pointers(lmp) {}
@@ -44,15 +49,32 @@ PeridemStability::PeridemStability(LAMMPS *lmp) : Pointers(lmp) {}
 
 const char *PeridemStability::Limits::ruling() const
 {
-  const double undamped = 1.0 / std::sqrt(1.0 / (bonds * bonds) + 1.0 / (contacts * contacts));
-  if (stable < undamped * (std::sqrt(1.0 + MATTERS * MATTERS) - MATTERS)) return "dashpots";
-  return bonds <= contacts ? "bonds" : "contacts";
+  if (stable < springs * (std::sqrt(1.0 + MATTERS * MATTERS) - MATTERS)) return "dashpots";
+  const double of_bonds = bond_count * bonds, of_contacts = contact_count * contacts;
+  if (springs < RESONANT * MIN(of_bonds, of_contacts)) return "resonances of both";
+  return of_bonds <= of_contacts ? "bonds" : "contacts";
 }
 
 /* ----------------------------------------------------------------------
-   Velocity Verlet is stable up to 2/omega. Stiffnesses add, so their squared frequencies bound the
-   sum: omega^2 <= omega_bonds^2 + omega_contacts^2. With a dashpot of ratio z that acts on
-   velocities half a step old the limit is 2 (sqrt(1 + z^2) - z) / omega.
+   levels of respa: forces of several pair styles of solids count as those of the outermost
+------------------------------------------------------------------------- */
+
+void PeridemStability::find_counts(Limits &limits) const
+{
+  PeridemLevel level(lmp);
+  level.find(force->pair_match("peridem/contact", 1), "Pair style peridem/contact");
+  limits.contact_count = limits.bond_count = level.count();
+  const auto solids = PairPeridem::find_all(lmp);
+  for (std::size_t k = 0; k < solids.size(); k++) {
+    level.find(solids[k], "Pair style of a solid");
+    limits.bond_count = k == 0 ? level.count() : MIN(limits.bond_count, level.count());
+  }
+}
+
+/* ----------------------------------------------------------------------
+   Velocity Verlet is stable up to 2/omega, and its levels up to what PeridemImpulse says. With a
+   dashpot of ratio z that acts on velocities half a step old the limit is shorter by the factor
+   sqrt(1 + z^2) - z.
 ------------------------------------------------------------------------- */
 
 PeridemStability::Limits PeridemStability::find()
@@ -72,14 +94,16 @@ PeridemStability::Limits PeridemStability::find()
   const bool rigid = adapt && !adapt->any_deformable();
   const double bonds_sq = rigid ? 0.0 : bond_frequency_sq * force->ftm2v;
   const double contacts_sq = contact_frequency_sq() * force->ftm2v;
-  const double omega = std::sqrt(bonds_sq + contacts_sq);
   const double z = largest_dashpot_ratio(bonds_sq);
   const double shorter = std::sqrt(1.0 + z * z) - z;
 
   Limits limits;
+  find_counts(limits);
   limits.bonds = bonds_sq > 0.0 ? 2.0 / std::sqrt(bonds_sq) : INFINITE;
   limits.contacts = contacts_sq > 0.0 ? 2.0 / std::sqrt(contacts_sq) : INFINITE;
-  limits.stable = omega > 0.0 ? 2.0 * shorter / omega : INFINITE;
+  limits.springs =
+      PeridemImpulse::largest_step(bonds_sq, limits.bond_count, contacts_sq, limits.contact_count);
+  limits.stable = shorter * limits.springs;
   limits.dashpots = z > 0.0 ? limits.stable : INFINITE;
   limits.speeds = speed_limit();
   return limits;

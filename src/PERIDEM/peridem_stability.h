@@ -31,12 +31,14 @@ class PeridemStability : protected Pointers {
 
   // time steps at which velocity Verlet becomes unstable; infinite where there is nothing to limit
   struct Limits {
-    double bonds;                  // stiffness of the bonds alone
-    double contacts;               // stiffness of the contacts alone
-    double dashpots;               // what damping takes off both together
-    double stable;                 // all together
-    double speeds;                 // not of stability: the fastest node travels TRAVEL
-    const char *ruling() const;    // which of them rules
+    double bonds{0.0};       // stiffness of the bonds alone, as a step of their level
+    double contacts{0.0};    // stiffness of the contacts alone, as a step of their level
+    double dashpots{0.0};    // what damping takes off both together
+    double springs{0.0};     // both together without damping, as a step of the run
+    double stable{0.0};      // all together, as a step of the run
+    double speeds{0.0};      // not of stability: the fastest node travels TRAVEL
+    int bond_count{1}, contact_count{1};    // steps of their levels in one of the run
+    const char *ruling() const;             // which of them rules
   };
 
   PeridemStability(class LAMMPS *);
@@ -49,6 +51,7 @@ class PeridemStability : protected Pointers {
   bigint bonds_known{-1};
   const FixPeridemAdapt *adapt{nullptr};
 
+  void find_counts(Limits &) const;
   double contact_frequency_sq() const;
   double largest_dashpot_ratio(double bonds_sq) const;
   double speed_limit() const;

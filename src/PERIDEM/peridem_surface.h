@@ -14,6 +14,7 @@
 #ifndef LMP_PERIDEM_SURFACE_H
 #define LMP_PERIDEM_SURFACE_H
 
+#include "peridem_level.h"
 #include "pointers.h"
 
 #include <string>
@@ -45,8 +46,8 @@ class PeridemSurface : protected Pointers {
 
   // before each run
   virtual void init() {}
-  // the surface of this step; stepping: the last one was that of a step of length dt before
-  virtual void advance(bool /*stepping*/) {}
+  // the surface of this moment
+  virtual void advance(const PeridemMoment &) {}
   // faces nearer to x than the cutoff
   virtual void feet(const double *x, double cutoff, std::vector<Foot> &) = 0;
   // a face, seen from either side, may be nearer to x than the reach
@@ -60,6 +61,7 @@ class PeridemSurface : protected Pointers {
   virtual int most_feet() const = 0;
 
   virtual bool moves() const { return false; }
+  virtual bool changes_shape() const { return false; }
   // a node that has gone through is pushed back by a plane, and missed by a region
   virtual bool pushes_back() const = 0;
   virtual const std::vector<Part> &parts() const = 0;

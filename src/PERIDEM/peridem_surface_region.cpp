@@ -195,56 +195,95 @@ bool PeridemSurfaceRegion::moves() const
    every rank comes here: variables may need all of them
 ------------------------------------------------------------------------- */
 
-void PeridemSurfaceRegion::advance(bool stepping)
+void PeridemSurfaceRegion::advance(const PeridemMoment &now)
 {
   if (!moves()) return;
-  modify->clearstep_compute();
-  for (std::size_t k = 0; k < primitives.size(); k++)
-    if (primitives[k].region->dynamic_check()) follow(static_cast<int>(k), stepping);
-  modify->addstep_compute(update->ntimestep + 1);
+  if (now.begins) modify->clearstep_compute();
+  for (std::size_t k = 0; k < primitives.size(); k++) {
+    if (!primitives[k].region->dynamic_check()) continue;
+    if (now.begins) look_ahead(static_cast<int>(k), now);
+    place(static_cast<int>(k), now);
+  }
+  if (now.begins) modify->addstep_compute(update->ntimestep + 1);
 }
 
 /* ----------------------------------------------------------------------
-   Velocities over the last step, which is what nodes have when forces are evaluated; nothing is
-   known of them at the very first evaluation.  They are found here and not by the region, because
-   several fixes may follow it, runs may come in pieces, its union does not ask its parts (before
-   2026), and its axis may be given with any length.
+   The region tells where it is at the end of a step of the run; in between it moves at one speed,
+   which is what nodes have when forces are evaluated; nothing is known of it at the very first
+   evaluation.  Speeds are found here and not by the region, because several fixes may follow it,
+   runs may come in pieces, its union does not ask its parts (before 2026), and its axis may be given
+   with any length.
 ------------------------------------------------------------------------- */
 
-void PeridemSurfaceRegion::follow(int k, bool stepping)
+void PeridemSurfaceRegion::look_ahead(int k, const PeridemMoment &now)
 {
   auto &one = primitives[k];
   auto &part = rigid[k];
   Region *const region = one.region;
   region->prematch();
 
-  const bool compare = stepping && one.known;
-  const double now[3] = {region->moveflag ? region->dx : 0.0, region->moveflag ? region->dy : 0.0,
-                         region->moveflag ? region->dz : 0.0};
-  for (int m = 0; m < 3; m++) {
-    if (compare) part.velocity[m] = (now[m] - one.shift[m]) / update->dt;
-    one.shift[m] = now[m];
+  const double place[4] = {region->moveflag ? region->dx : 0.0, region->moveflag ? region->dy : 0.0,
+                           region->moveflag ? region->dz : 0.0,
+                           region->rotateflag ? region->theta : one.angle};
+  for (int m = 0; m < 4; m++) {
+    const double last = m < 3 ? one.shift[m] : one.angle;
+    one.goal[m] = place[m];
+    one.start[m] = one.known ? last : place[m];
   }
-  if (region->rotateflag) {
-    for (int m = 0; m < 3; m++) {
-      part.point[m] = Kin::point_of(region)[m] + now[m];
-      if (compare)
-        part.spin[m] = (region->theta - one.angle) / update->dt * Kin::axis_of(region)[m];
-    }
-    one.angle = region->theta;
+  const bool compare = now.stepping && one.known;
+  for (int m = 0; m < 3 && compare; m++) {
+    part.velocity[m] = (one.goal[m] - one.start[m]) / now.whole;
+    if (region->rotateflag)
+      part.spin[m] = (one.goal[3] - one.start[3]) / now.whole * Kin::axis_of(region)[m];
   }
-  if (region->varshape) {
-    // the region compares its size with prev[4], and leaves its size there
-    if (compare) one.size_before = one.size;
-    region->prev[4] = one.size_before;
-    region->set_velocity_shape();
-    one.size = region->prev[4];
-    if (!one.known) {
-      one.size_before = one.size;
-      region->set_velocity_shape();
-    }
-  }
+  if (region->varshape) follow_shape(one, compare);
   one.known = true;
+}
+
+/* ----------------------------------------------------------------------
+   the region compares its size with prev[4], and leaves its size there
+------------------------------------------------------------------------- */
+
+void PeridemSurfaceRegion::follow_shape(Primitive &one, bool compare)
+{
+  Region *const region = one.region;
+  if (compare) one.size_before = one.size;
+  region->prev[4] = one.size_before;
+  region->set_velocity_shape();
+  one.size = region->prev[4];
+  if (!one.known) {
+    one.size_before = one.size;
+    region->set_velocity_shape();
+  }
+}
+
+/* ----------------------------------------------------------------------
+   where the region is now, also for those who ask it themselves
+------------------------------------------------------------------------- */
+
+void PeridemSurfaceRegion::place(int k, const PeridemMoment &now)
+{
+  auto &one = primitives[k];
+  Region *const region = one.region;
+  for (int m = 0; m < 3; m++) one.shift[m] = now.between(one.start[m], one.goal[m]);
+  one.angle = now.between(one.start[3], one.goal[3]);
+  if (region->moveflag) {
+    region->dx = one.shift[0];
+    region->dy = one.shift[1];
+    region->dz = one.shift[2];
+  }
+  if (!region->rotateflag) return;
+  region->theta = one.angle;
+  for (int m = 0; m < 3; m++) rigid[k].point[m] = Kin::point_of(region)[m] + one.shift[m];
+}
+
+/* ---------------------------------------------------------------------- */
+
+bool PeridemSurfaceRegion::changes_shape() const
+{
+  for (const auto &one : primitives)
+    if (one.region->varshape) return true;
+  return false;
 }
 
 /* ---------------------------------------------------------------------- */

@@ -28,7 +28,7 @@ class PeridemSurfaceRegion : public PeridemSurface {
   static constexpr int WORDS = 2;
 
   void init() override;
-  void advance(bool stepping) override;
+  void advance(const PeridemMoment &) override;
   void feet(const double *x, double cutoff, std::vector<Foot> &) override;
   bool near(const double *x, double reach) override;
   void mark() override;
@@ -36,6 +36,7 @@ class PeridemSurfaceRegion : public PeridemSurface {
   bool permits(const double *x) override;
   int most_feet() const override { return most; }
   bool moves() const override;
+  bool changes_shape() const override;
   bool pushes_back() const override { return false; }
   const std::vector<Part> &parts() const override { return rigid; }
   void centre(double *) const override;
@@ -55,6 +56,7 @@ class PeridemSurfaceRegion : public PeridemSurface {
     bool known{false};    // the numbers below are of some step
     double shift[3]{0.0, 0.0, 0.0};
     double angle{0.0};
+    double start[4]{0.0, 0.0, 0.0, 0.0}, goal[4]{0.0, 0.0, 0.0, 0.0};    // of this step of the run
     double size{0.0};           // radius, where a variable sets it
     double size_before{0.0};    // a step earlier
     double marked_shift[3]{0.0, 0.0, 0.0}, marked_angle{0.0}, marked_size{0.0};
@@ -74,7 +76,9 @@ class PeridemSurfaceRegion : public PeridemSurface {
   int index_of(const Region *) const;
   void feet_of(Region *, const double *x, double cutoff, std::vector<Foot> &);
   void feet_of_primitive(int, const double *x, double cutoff, std::vector<Foot> &);
-  void follow(int, bool stepping);
+  void look_ahead(int, const PeridemMoment &);
+  void follow_shape(Primitive &, bool compare);
+  void place(int, const PeridemMoment &);
   bool is_end_in_2d(const Region *, int c) const;
 };
 

@@ -106,24 +106,32 @@ double PeridemWallMotion::evaluate(int k)
   return value;
 }
 
+/* ---------------------------------------------------------------------- */
+
+void PeridemWallMotion::advance(const PeridemMoment &now)
+{
+  if (constant && now.stepping)
+    for (int k = 0; k < 3; k++) shift[k] += now.dt * velocity[k];
+  if (!variable) return;
+  if (now.begins) look_ahead(now);
+  for (int k = 0; k < 3; k++)
+    if (!names[k].empty()) shift[k] = now.between(start[k], goal[k]);
+}
+
 /* ----------------------------------------------------------------------
-   the velocity that variables give is that over the last step, which is what nodes have when forces
-   are evaluated; nothing is known of it at the very first evaluation
+   Variables tell where the wall is at the end of a step of the run; in between it moves at one speed.
+   That is what nodes have when forces are evaluated; nothing is known of it at the very first
+   evaluation.
 ------------------------------------------------------------------------- */
 
-void PeridemWallMotion::advance(bool stepping)
+void PeridemWallMotion::look_ahead(const PeridemMoment &now)
 {
-  const double dt = update->dt;
-  if (constant && stepping)
-    for (int k = 0; k < 3; k++) shift[k] += dt * velocity[k];
-  if (!variable) return;
-
   modify->clearstep_compute();
   for (int k = 0; k < 3; k++) {
     if (names[k].empty()) continue;
-    const double now = evaluate(k);
-    if (stepping && known) velocity[k] = (now - shift[k]) / dt;
-    shift[k] = now;
+    goal[k] = evaluate(k);
+    if (now.stepping && known) velocity[k] = (goal[k] - shift[k]) / now.whole;
+    start[k] = known ? shift[k] : goal[k];
   }
   known = true;
   modify->addstep_compute(update->ntimestep + 1);

@@ -14,6 +14,7 @@
 #ifndef LMP_PERIDEM_WALL_MOTION_H
 #define LMP_PERIDEM_WALL_MOTION_H
 
+#include "peridem_level.h"
 #include "pointers.h"
 
 #include <string>
@@ -29,8 +30,8 @@ class PeridemWallMotion : protected Pointers {
   static const char *keywords() { return "velocity"; }
 
   void init();
-  // where the wall is at this step; stepping: the last call was one step of length dt before
-  void advance(bool stepping);
+  // where the wall is at this moment
+  void advance(const PeridemMoment &);
   bool moves() const { return constant || variable; }
 
   double shift[3]{0.0, 0.0, 0.0};       // from where the wall was when the fix was made
@@ -47,10 +48,13 @@ class PeridemWallMotion : protected Pointers {
   bool constant{false}, variable{false};
   bool known{false};       // where the wall was before; for variables
   std::string names[3];    // of the variables; empty: does not move in this direction
+  double start[3]{0.0, 0.0, 0.0},
+      goal[3]{0.0, 0.0, 0.0};    // of this step of the run; for variables
 
   void parse_velocity(int iarg, int narg, char **arg);
   void parse_move(int iarg, int narg, char **arg);
   double evaluate(int k);
+  void look_ahead(const PeridemMoment &);
 };
 
 }    // namespace LAMMPS_NS

@@ -444,21 +444,6 @@ def test_contact_without_a_stiffness_or_a_solid(simulation):
     fails(sim, "run 0 post no", "no solid says how stiff the contact is: give modulus or stiffness")
 
 
-RESPA = "fix motion all nve\nrun_style respa 2 2\nrun 0 post no"
-
-
-def test_contact_and_walls_refuse_respa(simulation):
-    styles = "pair_style peridem/contact\npair_coeff * * radius 1.0 stiffness 5.0\n"
-    fails(
-        grain(simulation).commands(styles),
-        RESPA,
-        "Pair style peridem/contact cannot be used with run_style respa",
-    )
-    sim = grain(simulation).commands("pair_style zero 2.0\npair_coeff * *")
-    sim.commands("fix floor all peridem/wall plane 0 -9 0 0 1 0 radius 1.0 stiffness 5.0")
-    fails(sim, RESPA, "Fix floor peridem/wall cannot be used with run_style respa")
-
-
 WALLS = {
     "no surface": ("", "needs a surface: plane x y z nx ny nz"),
     "unknown surface": ("sphere 0 0 0 1", "Unknown fix peridem/wall surface sphere"),
