@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
@@ -428,6 +428,21 @@ class Interface:
 
     between: tuple[str, str]
     keywords: str
+
+    def critical_stretch(self, a: AnyMaterial, b: AnyMaterial, dimension: int) -> float | None:
+        """Stretch at which the bonds break; None where the keywords do not tell it simply.
+
+        With ``gc`` alone it follows from the moduli and the horizon of the two, which have to be
+        alike but for the name.
+        """
+        words = self.keywords.split()
+        if "s0" in words:
+            return float(words[words.index("s0") + 1])
+        if not (isinstance(a, Material) and isinstance(b, Material)) or a.influence != "linear":
+            return None
+        if len(words) == 2 and words[0] == "gc" and replace(a, name="") == replace(b, name=""):
+            return replace(a, gc=float(words[1]), s0=None).critical_stretch(dimension)
+        return None
 
 
 @dataclass(frozen=True)

@@ -155,7 +155,7 @@ def _aim(plotter: Any, bounds: tuple[Array, Array], camera: Camera) -> None:
     towards = np.array([np.cos(e) * np.cos(a), np.cos(e) * np.sin(a), np.sin(e)])
     middle = 0.5 * (low + high)
     plotter.camera.focal_point = middle
-    plotter.camera.position = middle + towards * 2.0 * np.linalg.norm(high - low)
+    plotter.camera.position = middle + towards * 2.1 * np.linalg.norm(high - low)
     plotter.camera.up = camera.up
     plotter.camera.view_angle = 28.0
     plotter.reset_camera_clipping_range()

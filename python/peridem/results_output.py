@@ -302,6 +302,18 @@ class Output:
         return np.asarray(np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1))
 
     def _critical(self) -> Array:
+        """The stretch at which each side of a cell breaks, (e,): the smaller one of its ends, or
+        that of the interface between them.
+        """
+        limit = self._critical_of_nodes()[self.edges].min(axis=1)
+        first = self.frame(0)
+        if "type" in first:
+            ends = np.sort(first["type"].astype(np.int64)[self.edges], axis=1)
+            for a, b, stretch in self.summary.get("interfaces", ()):
+                limit[(ends[:, 0] == min(a, b)) & (ends[:, 1] == max(a, b))] = stretch
+        return np.asarray(limit)
+
+    def _critical_of_nodes(self) -> Array:
         """The stretch at which a node's type breaks, (n,)."""
         first = self.frame(0)
         kind = first["type"].astype(np.int64) if "type" in first else None
@@ -317,7 +329,7 @@ class Output:
     def broken_edges(self, i: int) -> NDArray[np.bool_]:
         """Which sides of cells have been stretched beyond breaking in a frame up to i."""
         i = range(len(self.dump))[i]
-        critical = self._critical()[self.edges].min(axis=1)
+        critical = self._critical()
         while len(self._broken) <= i:
             frame = self.frame(len(self._broken))
             stretch = self._lengths(frame.position[:, : self.dimension]) / self._rest - 1.0

@@ -531,6 +531,17 @@ class Scene:
             point_data={"grain": self.grain_of_node, "surface": np.concatenate(surface)},
         ).write(path)
 
+    def _interface_stretches(self) -> list[tuple[int, int, float]]:
+        """Two atom types and the stretch at which bonds between them break, where it is known."""
+        found = []
+        for i, a in enumerate(self.materials, 1):
+            for j, b in enumerate(self.materials[: i - 1], 1):
+                for interface in self.interfaces:
+                    if {a.name, b.name} == set(interface.between):
+                        stretch = interface.critical_stretch(a, b, self.dimension)
+                        found += [] if stretch is None else [(j, i, stretch)]
+        return found
+
     def _summary(self) -> dict[str, object]:
         stretches = [
             math.inf if isinstance(m, Inert) else m.critical_stretch(self.dimension)
@@ -541,6 +552,7 @@ class Scene:
             "dimension": self.dimension,
             "contact_radius": self.contact_radius,
             "critical_stretch": [s if math.isfinite(s) else None for s in stretches],
+            "interfaces": self._interface_stretches(),
             "materials": [m.name for m in self.materials],
             "timestep": self._timestep()[0],
             "adaptive": self.adaptive,
