@@ -7,13 +7,14 @@ LAMMPS_DIR ?=
 PERIDEM_NATIVE ?= ON
 PYTEST_ARGS ?=
 VERIFY_ARGS ?=
+BENCH_ARGS ?=
 # the examples' and the tests' own defaults suit two cores
 RANKS ?= 2
 
 SHELL := /bin/bash
 .SHELLFLAGS := -euo pipefail -c
 .DEFAULT_GOAL := help
-.PHONY: help demo test quick verify sanitize memcheck build system lint lock clean distclean FORCE
+.PHONY: help demo test quick verify bench sanitize memcheck build system lint lock clean distclean FORCE
 .NOTPARALLEL:
 
 python := $(VENV)/bin/python
@@ -39,6 +40,7 @@ help: ## list the targets (the default)
 	@echo '  PYTHON=/path/to/python3 make build       the Python that .venv is made with (3.10 to 3.13)'
 	@echo '  PYTEST_ARGS="-k restart" make test       options for pytest'
 	@echo '  VERIFY_ARGS="--only bar" make verify     some cases anew (--list names them)'
+	@echo '  BENCH_ARGS=kernels make bench            some parts anew (bench/README.md names them)'
 
 demo: build ## set everything up, then crush a box of grains: pictures in out/demo
 	$(python) examples/compression/compression.py --ranks $(RANKS) --output out/demo
@@ -51,6 +53,9 @@ quick: build ## set everything up, then run the tests of a minute (no ranks, ver
 
 verify: build ## the cases with known answers at full size: doc/verification.md (half an hour)
 	cd tests && $(abspath $(python)) -m verification.report $(VERIFY_ARGS)
+
+bench: build ## what things cost on this machine: bench/results, doc/performance.md
+	$(python) -m bench $(BENCH_ARGS)
 
 portable = -D PERIDEM_NATIVE=OFF -D LAMMPS_DIR=$(abspath $(tree)) \
   $(foreach package,PERI GRANULAR BPM MISC EXTRA-FIX EXTRA-COMPUTE EXTRA-PAIR EXTRA-DUMP OPENMP PLUGIN,-D PKG_$(package)=OFF)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import os
-from collections.abc import Sequence
 from pathlib import Path
 
 from bench import table
@@ -12,16 +11,21 @@ from bench import table
 HEAD = """\
 # Performance
 
-Written by `make bench` from the files in `bench/results/`; change nothing here by hand.  Times of
-one rank are processor time, medians of runs in turns.
+Written by `make bench` from the files in `bench/results/`; change nothing here by
+hand.  Times of one rank are processor time, medians of runs in turns.
 """
+# all parts that there are, as they follow each other on the page
+ORDER = (
+    *("kernels", "scenes", "grains", "ranks", "memory", "setup"),
+    *("waves", "hole", "contact", "compression", "adapt"),
+)
 
 
-def write(results: Path, page: Path, parts: Sequence[str]) -> None:
+def write(results: Path, page: Path) -> None:
     """All parts that were measured, one after another."""
     sections = [HEAD]
     machines: list[str] = []
-    for name in parts:
+    for name in ORDER:
         if not (results / f"{name}.json").is_file():
             continue
         note = json.loads((results / f"{name}.json").read_text())
@@ -35,9 +39,8 @@ def write(results: Path, page: Path, parts: Sequence[str]) -> None:
         picture = results / f"{name}.png"
         if picture.is_file():
             text += f"\n![{note['title']}]({os.path.relpath(picture, page.parent)})\n"
-        text += (
-            f"\nMeasured with `python -m bench {name}` on machine {machines.index(words) + 1}.\n"
-        )
+        number = machines.index(words) + 1
+        text += f"\nMeasured with `{note['command']}` on machine {number}.\n"
         sections.append(text)
     listed = "\n".join(f"{number}. {words}" for number, words in enumerate(machines, 1))
     sections.append(f"## Machines\n\n{listed}\n")

@@ -11,6 +11,7 @@ import os
 import re
 import statistics
 import subprocess
+import sys
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -69,17 +70,23 @@ def run(lmp: Path, script: str, folder: Path, ranks: int = 1) -> Timing:
     environment = dict(os.environ, OMP_NUM_THREADS="1")
     if ranks > 1:
         command = ["mpirun", "-np", str(ranks), *command]
+    starter = [sys.executable, "-I", "-S", str(Path(__file__).with_name("usage.py")), "usage"]
     with (folder / "screen").open("w+") as screen:
-        process = subprocess.Popen(
-            command, cwd=folder, env=environment, stdout=screen, stderr=subprocess.STDOUT
+        done = subprocess.run(
+            [*starter, *command],
+            cwd=folder,
+            env=environment,
+            stdout=screen,
+            stderr=subprocess.STDOUT,
+            check=False,
         )
-        _, status, usage = os.wait4(process.pid, 0)
         screen.seek(0)
         log = screen.read()
-    if status != 0:
+    if done.returncode != 0:
         last = [line for line in log.splitlines() if line.startswith("ERROR")] or [log[-400:]]
         raise RuntimeError(f"{folder / 'in.bench'}: {last[0]}")
-    return _parsed(log, ranks, usage.ru_maxrss * 1024, usage.ru_utime + usage.ru_stime)
+    memory, processor = (folder / "usage").read_text().split()
+    return _parsed(log, ranks, int(memory), float(processor))
 
 
 def _parsed(log: str, ranks: int, memory: int, processor: float) -> Timing:

@@ -1,0 +1,84 @@
+"""``python -m bench`` at its small sizes: what it writes, not how fast this machine is."""
+
+from __future__ import annotations
+
+import csv
+import json
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[2]
+
+
+def _bench(program: str, *words: str) -> subprocess.CompletedProcess[str]:
+    return subprocess.run(
+        [sys.executable, "-m", program, *words],
+        cwd=ROOT,
+        env=dict(os.environ, MPLBACKEND="Agg"),
+        capture_output=True,
+        text=True,
+        check=False,
+        timeout=600,
+    )
+
+
+def _rows(results: Path, part: str) -> list[dict[str, str]]:
+    with (results / f"{part}.csv").open(newline="") as file:
+        return list(csv.DictReader(file))
+
+
+@pytest.fixture(scope="module")
+def measured(lmp: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    results = tmp_path_factory.mktemp("bench")
+    words = ["kernels", "scenes", "memory", "--quick", "--output", str(results), "--lmp", str(lmp)]
+    done = _bench("bench", *words)
+    assert done.returncode == 0, done.stdout + done.stderr
+    return results
+
+
+@pytest.mark.slow
+def test_kernels_compare_the_same_families(measured: Path) -> None:
+    rows = _rows(measured, "kernels")
+    block = {row["style"]: row for row in rows if row["scene"] == "block"}
+    assert set(block) == {"peri/lps", "peridem/lps engine general", "peri/pmb", "peridem/pmb"}
+    assert len({row["directed bonds"] for row in block.values()}) == 1
+    grains = [row for row in rows if row["scene"] == "grains"]
+    assert [row["style"].split()[-1] for row in grains] == ["general", "batched"]
+    assert len({row["directed bonds"] for row in grains}) == 1
+    assert all(float(row["ns per directed bond"]) > 0 for row in rows)
+
+
+@pytest.mark.slow
+def test_the_parts_of_a_scene_add_up(measured: Path) -> None:
+    for row in _rows(measured, "scenes"):
+        parts = sum(float(value) for key, value in row.items() if key.endswith(", ns"))
+        # LAMMPS leaves nothing out of its breakdown; the csv file has four digits of each
+        assert parts == pytest.approx(float(row["ns per node and step"]), rel=0.01)
+
+
+@pytest.mark.slow
+def test_memory_is_that_of_lammps_alone(measured: Path) -> None:
+    """A block has 105 directed bonds per node here; each is a few numbers."""
+    for row in _rows(measured, "memory"):
+        # an index at least; peri/lps takes some 40 bytes, lists and what families grew from 200
+        assert 4 < float(row["bytes per directed bond, all in"]) < 200, row
+
+
+@pytest.mark.slow
+def test_the_page_says_how_and_on_what(measured: Path) -> None:
+    page = (measured / "report.md").read_text()
+    assert "`python -m bench kernels --quick`" in page
+    note = json.loads((measured / "kernels.json").read_text())
+    assert note["machine"]["processor"] in page
+    for row in _rows(measured, "scenes"):
+        assert row["scene"] in page
+
+
+def test_what_is_not_there_is_refused() -> None:
+    done = _bench("bench", "speed")
+    assert done.returncode == 2
+    assert "no part speed; there are kernels, scenes" in done.stderr
