@@ -312,3 +312,27 @@ def test_in_two_dimensions_nothing_leaves_the_plane(simulation):
     assert sim.fix_vector("motion", 4)[3] >= 2
     assert np.all(sim.atoms("x")[:, 2] == 0.0)
     assert np.all(sim.atoms("v")[:, 2] == 0.0)
+
+
+def test_relax_damps_what_a_slow_load_would_make_ring(simulation):
+    """A disc without viscosity between plates that close slowly: what moves once it woke."""
+    swings, energies = [], []
+    for relax in (0, 4):
+        one = cloud(disc(4.0), dimension=2, margin=20)
+        sim = simulation().load(one, dimension=2)
+        plates = [f"fix low all peridem/wall plane 0 -4.96 0 0 1 0 {contact_words(LAW)}"]
+        plates += [f"fix high all peridem/wall plane 0 4.96 0 0 -1 0 {contact_words(LAW)}"]
+        plates[1] += " velocity 0 -2e-4 0"
+        sim.commands(script(f"peridem/adapt eta 0.3 back 0 relax {relax}") + "\n".join(plates))
+        while sim.fix_vector("motion", 4)[3] == 0.0:
+            sim.commands("run 50 post no")
+        sim.commands("run 1800 post no")  # four periods of 9, and a little
+        moving = []
+        for _ in range(10):
+            sim.commands("run 25 post no")
+            v = sim.atoms("v")
+            moving.append(np.sum((v - v.mean(axis=0)) ** 2))  # it does not spin
+        swings.append(np.mean(moving))
+        energies.append(sim.fix_vector("motion", 6)[5])
+    assert swings[1] < 0.1 * swings[0]
+    assert energies[0] == 0.0 < energies[1]
