@@ -9,11 +9,12 @@ from __future__ import annotations
 
 import sys
 
-from bench import command, grains, kernels, memory, ranks, scenes, setup
+from bench import command, grains, kernels, levels, memory, ranks, scenes, setup
 
 PARTS = {
     "kernels": kernels,
     "scenes": scenes,
+    "levels": levels,
     "grains": grains,
     "ranks": ranks,
     "memory": memory,

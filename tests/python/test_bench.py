@@ -82,3 +82,19 @@ def test_what_is_not_there_is_refused() -> None:
     done = _bench("bench", "speed")
     assert done.returncode == 2
     assert "no part speed; there are kernels, scenes" in done.stderr
+
+
+@pytest.mark.slow
+def test_levels_take_longer_steps_than_verlet(lmp: Path, tmp_path: Path) -> None:
+    done = _bench("bench", "levels", "--quick", "--output", str(tmp_path), "--lmp", str(lmp))
+    assert done.returncode == 0, done.stdout + done.stderr
+    rows = _rows(tmp_path, "levels")
+    steps = [float(row["step, ns"]) for row in rows]
+    assert len(rows) == 8
+    for first in (
+        0,
+        4,
+    ):  # verlet, then 2, 3, 4 contact steps: a bound of theory, whatever the clock
+        assert float(rows[first]["over verlet"]) == 1.0
+        assert steps[first] < steps[first + 1] < steps[first + 2] < steps[first + 3]
+        assert steps[first + 3] < 3.1416 / 2 * 1.05 * steps[first]  # 1.05: verlet counts bonds too
