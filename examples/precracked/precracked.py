@@ -77,10 +77,15 @@ def solid(spacing: float) -> Material:
     )
 
 
-def make_scene(crack: Crack, spacing: float) -> scene.Scene:
+def make_scene(crack: Crack, spacing: float, restitution: float = 1.0) -> scene.Scene:
     """One disc between two platens that approach each other."""
     disc = cloud.mesh(shapes.circle(RADIUS), spacing, exact=True)
-    contact = Contact(radius=0.95 * scene._surface_spacing(disc), stiff=2.0, friction=0.3)
+    contact = Contact(
+        radius=0.95 * scene._surface_spacing(disc),
+        stiff=2.0,
+        friction=0.3,
+        restitution=restitution,
+    )
     reach = RADIUS + 1.001 * contact.radius
     turn = math.radians(crack.angle)
     end = crack.half * RADIUS * np.array([math.sin(turn), math.cos(turn)])
@@ -171,6 +176,9 @@ def main(arguments: list[str] | None = None) -> int:
     about = (__doc__ or "").splitlines()[0]
     options = argparse.ArgumentParser(description=about)
     options.add_argument("--small", action="store_true", help="two coarse discs: seconds")
+    options.add_argument(
+        "--restitution", type=float, default=1.0, help="of discs and platens (1: see the README)"
+    )
     options.add_argument("--output", type=Path, default=Path("out/precracked"), help="folder")
     options.add_argument("-np", "--ranks", type=int, default=2, help="MPI processes (2)")
     options.add_argument("--lmp", type=Path, help="the lmp program")
@@ -184,7 +192,7 @@ def main(arguments: list[str] | None = None) -> int:
     spacing = RADIUS / (14.0 if chosen.small else 28.0)
     rows = []
     for crack in cracks:
-        script = make_scene(crack, spacing).write(folder / crack.name)
+        script = make_scene(crack, spacing, chosen.restitution).write(folder / crack.name)
         if chosen.no_run:
             print(f"{script} is ready; run it with: peridem run {script} -np {chosen.ranks}")
             continue
