@@ -143,13 +143,16 @@ def _contact(scene: Scene) -> list[str]:
     for kind, material in enumerate(scene.materials, 1):
         groups.setdefault(scene.contact_group(material), []).append(kind)
     kinds = list(groups.values())
+    found = {}
     for i, mine in enumerate(kinds):
         for theirs in kinds[i:]:
             a, b = scene.materials[mine[0] - 1], scene.materials[theirs[0] - 1]
             contact = scene.contact_of(a, b)
             words = contact.keywords(scene.radius_of(contact), scene.modulus_of(a, b))
-            pair = "* *" if len(kinds) == 1 else f"{_span(mine)} {_span(theirs)}"
-            lines.append(f"pair_coeff      {pair} peridem/contact {words}")
+            found[f"{_span(mine)} {_span(theirs)}"] = words
+    if len(set(found.values())) == 1:  # all alike, whatever the materials are called
+        found = {"* *": words}
+    lines += [f"pair_coeff      {pair} peridem/contact {words}" for pair, words in found.items()]
     skin = 0.3 * scene.radii[0]
     lines += [
         f"neighbor        {skin:.3g} bin".ljust(40)
