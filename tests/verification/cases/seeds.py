@@ -231,7 +231,7 @@ def scene_rows(name: str, scene: Scene, free: Hit, lossy: Hit) -> list[Row]:
                 f"{name}, restitution 0.7: speed of parting over approach",
                 lossy.ratio,
                 0.7,
-                abs=0.1,
+                abs=0.05,
                 why="as for discs in the restitution case",
             ),
         ]
