@@ -67,7 +67,7 @@ def make_scene(every: list[Pair], columns: int, speed: float, small: bool) -> sc
     """Collisions in a grid, far apart. Each restitution has materials of its own that carry it."""
     spacing = (0.25 if small else 0.2) * MM
     meshes = {r: cloud.mesh(shapes.circle(r), spacing) for r in (RADIUS, LARGE)}
-    radius = 0.95 * min(scene._surface_spacing(mesh) for mesh in meshes.values())
+    radius = 0.95 * min(scene.surface_spacing(mesh) for mesh in meshes.values())
     contact = Contact(radius=radius)
     grains, laws = [], {}
     for k, pair in enumerate(every):

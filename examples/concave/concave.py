@@ -45,7 +45,7 @@ def make_scene(small: bool) -> scene.Scene:
     clouds = [cloud.mesh(outline, SPACING) for outline in outlines]
     count, width = (4, 5.2 * MM) if small else (12, 7.8 * MM)
     kinds = np.random.default_rng(SEED).permutation(np.arange(count) % len(outlines))
-    radius = 0.95 * min(scene._surface_spacing(mesh) for mesh in clouds)
+    radius = 0.95 * min(scene.surface_spacing(mesh) for mesh in clouds)
     box = (0.0, width, 0.0, 14.0 * MM)
     heap = packing.grid(outlines, kinds, box, 1.05 * radius, jitter=1.0, seed=SEED)
     soft, stiff = solids()

@@ -73,7 +73,7 @@ def make_scene(part: float, spacing: float) -> scene.Scene:
         for k in range(colour.max() + 1)
     ]
     weak = f"s0 {kinds[0].critical_stretch(2) * part**0.5:.6g}"  # s0 goes with the root of Gc
-    radius = 0.95 * scene._surface_spacing(disc)
+    radius = 0.95 * scene.surface_spacing(disc)
     reach = RADIUS + 1.001 * radius
     parts = tuple((colour == k, kinds[k]) for k in range(1, len(kinds)))
     return scene.Scene(

@@ -81,7 +81,7 @@ def make_scene(crack: Crack, spacing: float, restitution: float = 1.0) -> scene.
     """One disc between two platens that approach each other."""
     disc = cloud.mesh(shapes.circle(RADIUS), spacing, exact=True)
     contact = Contact(
-        radius=0.95 * scene._surface_spacing(disc),
+        radius=0.95 * scene.surface_spacing(disc),
         stiff=2.0,
         friction=0.3,
         restitution=restitution,

@@ -45,6 +45,7 @@ __all__ = [
     "Wall",
     "box_walls",
     "grains_of",
+    "surface_spacing",
 ]
 
 Array = NDArray[np.float64]
@@ -330,7 +331,7 @@ class Scene:
         """The contact radius: as given, or 0.95 of the smallest spacing of boundary nodes."""
         if self.contact.radius is not None:
             return self.contact.radius
-        return 0.95 * min(_surface_spacing(cloud) for cloud, _ in self._kinds())
+        return 0.95 * min(surface_spacing(cloud) for cloud, _ in self._kinds())
 
     def radius_of(self, contact: Contact) -> float:
         """Contact radius of a pair of materials."""
@@ -632,6 +633,8 @@ def spacings(cloud: Cloud) -> Array:
     return np.asarray(np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1))
 
 
-def _surface_spacing(cloud: Cloud) -> float:
-    """Smallest spacing of neighbouring nodes on the boundary."""
+def surface_spacing(cloud: Cloud) -> float:
+    """Smallest spacing of neighbouring nodes on the boundary of a cloud: 0.95 of it is the contact
+    radius where none is given.
+    """
     return float(spacings(cloud)[cloud.surface[cloud.edges].all(axis=1)].min())

@@ -53,6 +53,7 @@ def test_collisions_end_as_the_law_of_restitution_has_them(ran):
     assert len(results.Output(folder).dump) > 50
 
 
+@pytest.mark.slow
 def test_concave_grains_come_to_rest_with_their_weight_on_the_walls(ran):
     concave, folder = ran("concave")
     found = concave.measure(folder)
@@ -71,6 +72,7 @@ def test_concave_grains_come_to_rest_with_their_weight_on_the_walls(ran):
     assert found["touching"] >= 1
 
 
+@pytest.mark.slow
 def test_a_crack_along_the_load_weakens_a_disc_as_its_length_says(ran):
     cracked, folder = ran("precracked")
     whole = cracked.measure(folder / "no_crack", cracked.Crack(0.0))
@@ -93,6 +95,7 @@ def test_the_formula_of_a_crack_along_the_load():
         assert plain / cracked.Crack(half).load() == pytest.approx(factor, abs=0.002)
 
 
+@pytest.mark.slow
 def test_weak_boundaries_break_sooner_and_take_the_cracks(ran):
     mosaic, folder = ran("mosaic")
     strong, weak = (mosaic.measure(folder / name) for name in ("1", "0.05"))
@@ -117,6 +120,7 @@ def test_no_bond_joins_two_crystals_of_one_material():
     assert (kind[pairs[across, 0]] != kind[pairs[across, 1]]).all()
 
 
+@pytest.mark.slow
 def test_an_aggregate_is_dropped_and_crushed(ran):
     aggregate, folder = ran("aggregate")
     found = aggregate.measure(folder)
