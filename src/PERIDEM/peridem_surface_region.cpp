@@ -19,6 +19,7 @@
 #include "domain.h"
 #include "error.h"
 #include "modify.h"
+#include "peridem_region_faces.h"
 #include "region.h"
 #include "update.h"
 
@@ -333,7 +334,7 @@ void PeridemSurfaceRegion::feet_of_primitive(int k, const double *x, double cuto
 {
   const auto &one = primitives[k];
   const auto &part = rigid[k];
-  const int count = one.region->surface(x[0], x[1], x[2], cutoff);
+  const int count = peridem_region_faces(one.region, domain->dimension, x, cutoff);
   for (int c = 0; c < count; c++) {
     const auto &contact = one.region->contact[c];
     if (!(contact.r > 0.0)) continue;    // there is no direction to push in
@@ -378,7 +379,7 @@ bool PeridemSurfaceRegion::near(const double *x, double reach)
     Region *const region = one.region;
     bool found = false;
     for (int side = 0; side < 2; side++) {
-      const int count = region->surface(x[0], x[1], x[2], reach);
+      const int count = peridem_region_faces(region, domain->dimension, x, reach);
       for (int c = 0; c < count && !found; c++) found = !is_end_in_2d(region, c);
       region->interior ^= 1;    // twice
     }
