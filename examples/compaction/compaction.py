@@ -12,13 +12,13 @@ from __future__ import annotations
 import argparse
 import json
 import sys
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 from peridem import cloud, packing, render, results, run, scene, shapes
 from peridem.material import Contact, Material
+from peridem.run_many import run_many
 
 MM = 1e-3
 STRAIN = 0.4  # at the end: way of the lid over the height of the bed
@@ -220,11 +220,13 @@ def main() -> int:
         print(f"{scripts[0]} is ready; run it with: peridem run {scripts[0].parent}")
         return 0
     try:
-        with ThreadPoolExecutor(len(CASES)) as pool:  # LAMMPS runs in processes of its own
-            list(pool.map(lambda script: run.run(script, 1, chosen.lmp, quiet=True), scripts))
+        reports = run_many(scripts, len(CASES), chosen.lmp)
     except run.RunError as error:
         print(error, file=sys.stderr)
         return 1
+    if any(report.stopped for report in reports):
+        print("stopped")
+        return 130
     output = results.Output(folder / "breaking")
     shown = [frame_at(output, strain) for strain in SHOWN]
     render.grains_png(folder / "breaking", folder / "grains.png", shown)

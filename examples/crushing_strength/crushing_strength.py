@@ -15,7 +15,6 @@ import json
 import math
 import sys
 from collections.abc import Iterator
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -24,6 +23,7 @@ from peridem import cloud, loads, render_2d, results, run, scene, shapes
 from peridem.material import Contact, Material
 from peridem.outline import Outline
 from peridem.render_style import style_of
+from peridem.run_many import run_many
 
 MM = 1e-3
 SPACING = 0.15 * MM  # of the nodes, in grains of all sizes
@@ -168,9 +168,8 @@ def cracked_strength(radius: float) -> float:
     return 0.5 * math.pi * stress
 
 
-def crush(test: Test, folder: Path, lmp: Path | None) -> dict[str, float | str]:
-    """Run one test in its own folder, and read its strength."""
-    run.run(folder / test.name, 1, lmp, quiet=True)
+def crushed(test: Test, folder: Path) -> dict[str, float | str]:
+    """Read the strength of a grain from what its run left."""
     record = results.averages(folder / test.name / scene.WALLS)
     force, travel = -record["f_floor[2]"], record["v_lid_travel"]
     peak = failure(force)
@@ -283,11 +282,14 @@ def main() -> int:
         print(f"{len(every)} scenes are ready in {folder}; run one: peridem run {folder}/NAME")
         return 0
     try:
-        with ThreadPoolExecutor(chosen.at_once) as pool:  # LAMMPS runs in processes of its own
-            rows = list(pool.map(lambda test: crush(test, folder, chosen.lmp), every))
+        reports = run_many([folder / test.name for test in every], chosen.at_once, chosen.lmp)
     except run.RunError as error:
         print(error, file=sys.stderr)
         return 1
+    if any(report.stopped for report in reports):
+        print("stopped")
+        return 130
+    rows = [crushed(test, folder) for test in every]
     (folder / "strengths.json").write_text(json.dumps(rows, indent=1) + "\n")
     plot(rows, folder / "strength.png")
     middle = RADII[0 if chosen.small else 1]

@@ -160,7 +160,7 @@ def run(
             start_new_session=True,
         )
         try:
-            with _stop_requests() as requests:
+            with stop_requests() as requests:
                 report = _watch(job, lambda: process.poll() is not None, requests, quiet, GRACE)
         except BaseException:
             _end(process)
@@ -168,6 +168,9 @@ def run(
             raise
     output = (job.folder / "screen.txt").read_text(errors="replace")
     (job.folder / "screen.txt").unlink()
+    if process.returncode < 0:  # as mpirun says it
+        name = signal.strsignal(-process.returncode)
+        output += f"lmp exited on signal {-process.returncode} ({name}).\n"
     return job.result(report, process.returncode != 0, output)
 
 
@@ -218,7 +221,7 @@ def run_in_process(
     try:
         thread = threading.Thread(target=work, name="lammps")
         thread.start()
-        with _stop_requests() as requests:
+        with stop_requests() as requests:
             over = _watch(job, lambda: not thread.is_alive(), requests, quiet or not first)
         thread.join()
     finally:
@@ -393,8 +396,8 @@ def _with_mpi(command: list[str], ranks: int) -> tuple[list[str], dict[str, str]
 
 
 @contextmanager
-def _stop_requests() -> Iterator[list[int]]:
-    """Collects SIGINT and SIGTERM in place of what they do."""
+def stop_requests() -> Iterator[list[int]]:
+    """Collects SIGINT and SIGTERM in place of what they do; in the main thread only."""
     requests: list[int] = []
 
     def note(number: int, _frame: FrameType | None) -> None:

@@ -56,8 +56,9 @@ def test_compaction_to_forty_per_cent(tmp_path, lmp):
     # kPa of the unbreakable grains, whose course is not chaotic so soon
     assert whole["stress at 0.3"] == pytest.approx(8.9e5, rel=0.15)
     for row in (breaking, whole):
-        # Coulomb's law on the side walls; averages of two series of numbers of one record
-        assert row["largest slip"] < 0.4 * 1.001
+        # Coulomb's law on the side walls, which counts the springs; the force of restitution lowers
+        # the whole normal force of grains that part, so single records go a few per cent beyond
+        assert row["slip"] < 0.4 and row["largest slip"] < 0.44
         assert abs(row["drift over work"]) < 2e-3  # the account of energy closes, O(dt^2)
         assert 0.1 < row["side over lid"] < 0.6
     for case in ("breaking", "unbreakable"):
