@@ -67,6 +67,7 @@ PeridemFamilies::PeridemFamilies(LAMMPS *lmp, MaterialOf _material, const Peride
 
 std::vector<PeridemFamilies::Family> PeridemFamilies::build(const std::vector<int> &nodes)
 {
+  check_ids();
   const auto received = exchange(send_nodes(nodes));
   const std::size_t width = sizeof(Node) / sizeof(double);
   const auto *const first = reinterpret_cast<const Node *>(received.data());
@@ -106,6 +107,28 @@ std::vector<PeridemFamilies::Family> PeridemFamilies::build(const std::vector<in
     return a.node < b.node;
   });
   return families;
+}
+
+/* ----------------------------------------------------------------------
+   Bonds know their partners by ID, and LAMMPS does not look whether a data file has one twice.
+   Each ID goes to one rank, where equal ones meet.
+------------------------------------------------------------------------- */
+
+void PeridemFamilies::check_ids() const
+{
+  std::vector<std::vector<double>> outgoing(comm->nprocs);
+  for (int i = 0; i < atom->nlocal; i++)
+    outgoing[atom->tag[i] % comm->nprocs].push_back(static_cast<double>(atom->tag[i]));
+  auto ids = exchange(outgoing);
+  std::sort(ids.begin(), ids.end());
+  const auto twice = std::adjacent_find(ids.begin(), ids.end());
+  tagint first = twice == ids.end() ? MAXTAGINT : static_cast<tagint>(*twice);
+  MPI_Allreduce(MPI_IN_PLACE, &first, 1, MPI_LMP_TAGINT, MPI_MIN, world);
+  if (first < MAXTAGINT)
+    error->all(FLERR, Error::NOLASTLINE,
+               "Atom-ID {} is given to more than one node: number the nodes anew, each with an ID "
+               "of its own",
+               first);
 }
 
 /* ----------------------------------------------------------------------

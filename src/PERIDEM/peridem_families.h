@@ -63,6 +63,7 @@ class PeridemFamilies : protected Pointers {
   double reach;
   double longest_now{0.0};
 
+  void check_ids() const;
   std::vector<std::vector<double>> send_nodes(const std::vector<int> &) const;
   void send_images(int i, std::vector<std::vector<double>> &) const;
   double cell_size(const PeridemMaterial &, const Node &, const Node &) const;

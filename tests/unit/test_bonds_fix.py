@@ -138,3 +138,20 @@ def test_crushed_bonds_are_said_once(part, simulation):
     )
     said = sim.printed().count("Bonds are compressed to 0.2 of their length (nodes ")
     assert said == (part < 0.25)
+
+
+@pytest.mark.parametrize("second", [1, 2], ids=["in one grain", "in two grains"])
+def test_atom_ids_given_twice_are_refused(simulation, tmp_path, second):
+    """LAMMPS reads such files; bonds, which know partners by ID, would join the wrong nodes."""
+    atoms = "1 1 1 1 1 0 0 0\n2 1 1 1 1 1 0 0\n2 {0} 1 1 1 0 1 0\n4 {0} 1 1 1 1 1 0\n"
+    (tmp_path / "twice.data").write_text(
+        "twice\n\n4 atoms\n1 atom types\n\n-5 5 xlo xhi\n-5 5 ylo yhi\n-0.5 0.5 zlo zhi\n\n"
+        f"Atoms # peridem\n\n{atoms.format(second)}"
+    )
+    sim = simulation()
+    sim.commands(
+        f"dimension 2\nboundary f f p\natom_style peridem\nread_data {tmp_path / 'twice.data'}\n"
+        "pair_style peridem/lps\npair_coeff * * bulk 1 shear 0.6 horizon 1.5 unbreakable"
+    )
+    with pytest.raises(Exception, match="Atom-ID 2 is given to more than one node"):
+        sim.commands("run 0")
