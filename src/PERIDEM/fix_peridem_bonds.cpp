@@ -121,6 +121,7 @@ FixPeridemBonds::~FixPeridemBonds()
   memory->destroy(wvolume);
   memory->destroy(famvolume);
   memory->destroy(maxstretch);
+  memory->destroy(known_id);
 }
 
 /* ---------------------------------------------------------------------- */
@@ -135,6 +136,7 @@ int FixPeridemBonds::setmask()
 void FixPeridemBonds::init()
 {
   said_compressed = false;
+  give_ids_back();
   find_solids();
   watch_rerun();
 
@@ -540,8 +542,32 @@ double FixPeridemBonds::cell_size(int i) const
 
 void FixPeridemBonds::setup_post_neighbor()
 {
-  if (atom->natoms < natoms_mapped) drop_deleted();
+  drop_deleted();
   post_neighbor();
+}
+
+/* ----------------------------------------------------------------------
+   delete_atoms numbers nodes anew unless told not to, and asks no fix; bonds and the memory of
+   contacts go by the old IDs.  Nodes that came afterwards get IDs behind all others.
+------------------------------------------------------------------------- */
+
+void FixPeridemBonds::give_ids_back()
+{
+  tagint *const tag = atom->tag;
+  int mine = 0, any;
+  for (int i = 0; i < atom->nlocal; i++)
+    if (known_id[i] && known_id[i] != tag[i]) mine = 1;
+  MPI_Allreduce(&mine, &any, 1, MPI_INT, MPI_MAX, world);
+  if (!any) return;
+  std::copy(known_id, known_id + atom->nlocal, tag);
+  atom->tag_extend();
+  atom->nghost = 0;
+  atom->map_init();
+  atom->map_set();
+  if (comm->me == 0)
+    error->warning(FLERR,
+                   "Bonds go by atom-IDs, and delete_atoms has numbered the nodes anew: they have "
+                   "their IDs back; say delete_atoms ... compress no");
 }
 
 /* ----------------------------------------------------------------------
@@ -769,13 +795,13 @@ void FixPeridemBonds::build_local()
     partner.resize(total);
   }
 
+  std::copy(atom->tag, atom->tag + atom->nlocal, known_id);
   map_partners();
   if (weights_stale) compute_weights();
   weights_stale = false;
   comm->forward_comm(this);
   broken.clear();
-  natoms_mapped = atom->natoms;
-  maxexchange = 6 + 3 * longest_row;
+  maxexchange = 7 + 3 * longest_row;
   version++;
 }
 
@@ -909,6 +935,7 @@ void FixPeridemBonds::grow_arrays(int nmax)
   memory->grow(wvolume, nmax, "peridem/bonds:wvolume");
   memory->grow(famvolume, nmax, "peridem/bonds:famvolume");
   memory->grow(maxstretch, nmax, "peridem/bonds:maxstretch");
+  memory->grow(known_id, nmax, "peridem/bonds:known_id");
 }
 
 /* ---------------------------------------------------------------------- */
@@ -919,6 +946,7 @@ void FixPeridemBonds::set_arrays(int i)
   num[i] = -1;
   nref[i] = 0;
   wvolume[i] = famvolume[i] = maxstretch[i] = 0.0;
+  known_id[i] = 0;
 }
 
 /* ---------------------------------------------------------------------- */
@@ -931,6 +959,7 @@ void FixPeridemBonds::copy_arrays(int i, int j, int)
   wvolume[j] = wvolume[i];
   famvolume[j] = famvolume[i];
   maxstretch[j] = maxstretch[i];
+  known_id[j] = known_id[i];
 }
 
 /* ---------------------------------------------------------------------- */
@@ -943,6 +972,7 @@ int FixPeridemBonds::pack_exchange(int i, double *buf)
   buf[m++] = wvolume[i];
   buf[m++] = famvolume[i];
   buf[m++] = maxstretch[i];
+  buf[m++] = ubuf(known_id[i]).d;
   for (bigint k = start[i]; k < start[i] + num[i]; k++) {
     buf[m++] = ubuf(ptag[k]).d;
     buf[m++] = length[k];
@@ -961,6 +991,7 @@ int FixPeridemBonds::unpack_exchange(int i, double *buf)
   wvolume[i] = buf[m++];
   famvolume[i] = buf[m++];
   maxstretch[i] = buf[m++];
+  known_id[i] = (tagint) ubuf(buf[m++]).i;
   start[i] = static_cast<bigint>(ptag.size());
   for (int k = 0; k < num[i]; k++) {
     ptag.push_back((tagint) ubuf(buf[m++]).i);
@@ -975,14 +1006,14 @@ int FixPeridemBonds::unpack_exchange(int i, double *buf)
 
 int FixPeridemBonds::size_restart(int i)
 {
-  return 6 + 2 * MAX(num[i], 0);
+  return 7 + 2 * MAX(num[i], 0);
 }
 
 /* ---------------------------------------------------------------------- */
 
 int FixPeridemBonds::maxsize_restart()
 {
-  return 6 + 2 * max_family;
+  return 7 + 2 * max_family;
 }
 
 /* ---------------------------------------------------------------------- */
@@ -996,6 +1027,7 @@ int FixPeridemBonds::pack_restart(int i, double *buf)
   buf[m++] = wvolume[i];
   buf[m++] = famvolume[i];
   buf[m++] = maxstretch[i];
+  buf[m++] = ubuf(known_id[i]).d;
   for (bigint k = start[i]; k < start[i] + num[i]; k++) {
     buf[m++] = ubuf(ptag[k]).d;
     buf[m++] = length[k];
@@ -1016,6 +1048,7 @@ void FixPeridemBonds::unpack_restart(int i, int nth)
   wvolume[i] = buf[m++];
   famvolume[i] = buf[m++];
   maxstretch[i] = buf[m++];
+  known_id[i] = (tagint) ubuf(buf[m++]).i;
   start[i] = static_cast<bigint>(ptag.size());
   for (int k = 0; k < num[i]; k++) {
     ptag.push_back((tagint) ubuf(buf[m++]).i);
@@ -1066,8 +1099,8 @@ void FixPeridemBonds::restart(char *buf)
 
 double FixPeridemBonds::memory_usage()
 {
-  double bytes =
-      static_cast<double>(atom->nmax) * (sizeof(bigint) + 2 * sizeof(int) + 3 * sizeof(double));
+  double bytes = static_cast<double>(atom->nmax) *
+      (sizeof(bigint) + 2 * sizeof(int) + 3 * sizeof(double) + sizeof(tagint));
   bytes += static_cast<double>(ptag.capacity()) * sizeof(tagint);
   bytes += static_cast<double>(partner.capacity()) * sizeof(int);
   bytes += static_cast<double>(length.capacity() + weight.capacity()) * sizeof(double);

@@ -123,12 +123,13 @@ class FixPeridemBonds : public Fix {
   bool said_rerun{false};
   int solids_inits{-1};        // how often the solids had been initialised when this fix was
   double cutghost_set{0.0};    // ghost cutoff that this fix has asked for
-  bigint natoms_seen{-1}, natoms_mapped{0};
+  bigint natoms_seen{-1};
   bool weights_stale{true};
   int rigid_bits{0};    // groups of fixes that move rigid bodies
   const FixPeridemAdapt *adapt{nullptr};
   PeridemStability stability;
   PeridemCuts cuts;
+  tagint *known_id{nullptr};    // per node: the ID by which bonds know it; 0 = none yet
 
   const PeridemMaterial *material(int itype, int jtype) const;
   double cell_size(int i) const;
@@ -140,6 +141,7 @@ class FixPeridemBonds : public Fix {
   void reconcile();
   std::vector<tagint> gather(const std::vector<tagint> &) const;
   void erase_bond(int i, bigint k);
+  void give_ids_back();
   void drop_deleted();
   void measure_bonds();
   void say_compressed(double shortest, int i, int j);

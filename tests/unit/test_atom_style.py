@@ -381,3 +381,54 @@ def test_bonds_to_a_deleted_node_count_as_broken_and_are_said(simulation, rng):
     # bonds are counted at both ends, and one end is gone
     assert sim.fix_vector("peridem_bonds", 2).tolist() == [intact - lost, broken + 0.5 * lost]
     assert f"{lost:.0f} bonds to 1 deleted nodes count as broken" in sim.printed()
+
+
+@pytest.mark.parametrize("after", ["", "balance 1.0 shift x 5 1.05"], ids=["", "balanced"])
+def test_bonds_survive_that_delete_atoms_numbers_the_nodes_anew(after, simulation, rng):
+    """It does so unless told not to, and asks no fix."""
+    one = moving_cloud(rng)
+    ends = []
+    for words in ("compress no", ""):
+        sim = simulation().load(one).commands(solid_script(SOLID_3D) + "run 3 post no")
+        sim.commands(f"group gone id 5 17\ndelete_atoms group gone {words}\n{after}")
+        if not after:  # balance initialises as a run does
+            assert sim.atoms("id").max() == (one.n - 2 if words == "" else one.n)
+        sim.commands("run 3 post no")
+        ends.append([sim.atoms(name) for name in ("id", "x", "f")])
+        told = "have their IDs back" in sim.printed()
+        assert told == (words == "")
+    for kept, again in zip(*ends, strict=True):
+        assert np.array_equal(kept, again)
+    assert not {5, 17} & set(ends[1][0])
+
+
+def test_nodes_that_come_after_nodes_have_gone_get_ids_of_their_own(simulation, rng):
+    one = moving_cloud(rng)
+    sim = simulation().load(one).commands(solid_script(SOLID_3D) + "run 0 post no")
+    near, far = one.box[:, 1] - 1.0, one.box[:, 1] - 2.0
+    sim.commands(
+        f"""
+        group gone id 5
+        delete_atoms group gone
+        create_atoms 1 single {near[0]} {near[1]} {near[2]} units box
+        create_atoms 1 single {far[0]} {far[1]} {far[2]} units box
+        group new id {one.n} {one.n + 1}
+        set group new volume 1.0
+        set group new density 1.0
+        run 0 post no
+        """
+    )
+    wanted = [tag for tag in range(1, one.n + 1) if tag != 5]
+    assert sim.atoms("id").tolist() == [*wanted, one.n + 1, one.n + 2]
+
+
+def test_a_restart_file_has_the_ids_that_bonds_go_by(simulation, rng, tmp_path):
+    one = moving_cloud(rng)
+    sim = simulation().load(one).commands(solid_script(SOLID_3D) + "run 3 post no")
+    sim.commands(
+        f"group gone id 5\ndelete_atoms group gone\nwrite_restart {tmp_path}/r\nrun 0 post no"
+    )
+    again = simulation().commands(f"read_restart {tmp_path}/r")
+    again.commands("run 0 post no")
+    for name in ("id", "x", "f"):
+        assert np.array_equal(sim.atoms(name), again.atoms(name))
