@@ -76,6 +76,31 @@ def test_a_minimiser_finds_the_stretched_state_of_a_pulled_bar(simulation):
     assert moved == pytest.approx(0.02 / 42.9 * 11, rel=0.3)
 
 
+def test_a_grain_sinks_onto_the_floor_by_its_weight_in_minimisation(simulation):
+    """As the manual's troubleshooting says: fix gravity acts in dynamics alone."""
+    one = cloud(disc(4.3, centre=(0.0, 5.1)), dimension=2, density=2.0)
+    sim = simulation().load(one, dimension=2)
+    sim.commands(
+        f"""
+        pair_style hybrid/overlay peridem/lps peridem/contact
+        pair_coeff * * peridem/lps {lps_words(SOLID)}
+        pair_coeff * * peridem/contact radius 0.95
+        fix floor all peridem/wall plane 0 0 0 0 1 0
+        variable fy atom -0.001*mass
+        variable e atom 0.001*mass*y
+        fix weight all addforce 0 v_fy 0 energy v_e
+        fix_modify weight energy yes
+        timestep 0.02
+        min_style fire
+        minimize 0 1e-7 20000 20000
+        """
+    )
+    weight = 0.001 * 2.0 * one.volume.sum()
+    # 1e-7 is the length of all forces that are left; their sum is at most sqrt(58) of it
+    assert sim.fix_vector("floor", 2)[1] == pytest.approx(-weight, abs=1e-6)
+    assert np.abs(sim.atoms("f")).max() < 1e-7
+
+
 # --- a rigid grain beside a deformable one -------------------------------------------------------
 
 
