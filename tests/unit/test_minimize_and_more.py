@@ -96,7 +96,7 @@ def test_a_grain_sinks_onto_the_floor_by_its_weight_in_minimisation(simulation):
         """
     )
     weight = 0.001 * 2.0 * one.volume.sum()
-    # 1e-7 is the length of all forces that are left; their sum is at most sqrt(58) of it
+    # 1e-7 is the length of all forces that are left; their sum is at most sqrt(61) of it
     assert sim.fix_vector("floor", 2)[1] == pytest.approx(-weight, abs=1e-6)
     assert np.abs(sim.atoms("f")).max() < 1e-7
 
