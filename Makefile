@@ -8,13 +8,14 @@ PERIDEM_NATIVE ?= ON
 PYTEST_ARGS ?=
 VERIFY_ARGS ?=
 BENCH_ARGS ?=
+PARETO_ARGS ?=
 # the examples' and the tests' own defaults suit two cores
 RANKS ?= 2
 
 SHELL := /bin/bash
 .SHELLFLAGS := -euo pipefail -c
 .DEFAULT_GOAL := help
-.PHONY: help demo test quick verify bench sanitize memcheck build system lint lock clean distclean FORCE
+.PHONY: help demo test quick verify bench pareto sanitize memcheck build system lint lock clean distclean FORCE
 .NOTPARALLEL:
 
 python := $(VENV)/bin/python
@@ -56,6 +57,9 @@ verify: build ## the cases with known answers at full size: doc/verification.md 
 
 bench: build ## what things cost on this machine: bench/results, doc/performance.md
 	$(python) -m bench $(BENCH_ARGS)
+
+pareto: build ## error against cost, and what to choose: the same places
+	$(python) -m bench.pareto $(PARETO_ARGS)
 
 portable = -D PERIDEM_NATIVE=OFF -D LAMMPS_DIR=$(abspath $(tree)) \
   $(foreach package,PERI GRANULAR BPM MISC EXTRA-FIX EXTRA-COMPUTE EXTRA-PAIR EXTRA-DUMP OPENMP PLUGIN,-D PKG_$(package)=OFF)

@@ -21,7 +21,7 @@ from peridem import cloud, packing, scene, shapes
 from peridem.material import Contact, Material
 from peridem.results_tables import averages
 
-from bench import timing
+from bench import histories, timing
 from bench.machine import Machine
 from bench.table import Row
 
@@ -30,7 +30,6 @@ TITLE = "Adaptive grains: speed against error"
 ETAS = (0.1, 0.3, 1.0, 1e9)
 REPEATS = 3
 MM = 1e-3
-BINS, FINE = 40, 50  # of the time of a run, over which histories are averaged; points in each
 
 
 @dataclass(frozen=True)
@@ -60,7 +59,7 @@ def _solid(gc: float) -> Material:
     )
 
 
-def _from_scene(one: scene.Scene, folder: Path) -> str:
+def from_scene(one: scene.Scene, folder: Path) -> str:
     """The scene's script up to its output, with its time integration left open."""
     text = one.write(folder).read_text()
     text = text[: text.index("compute node")]
@@ -84,7 +83,7 @@ def _scene(folder: Path, count: int, lid: float, duration: float, gc: float) -> 
         gravity=(0.0, -10.0),
         duration=duration,
     )
-    return _from_scene(one, folder)
+    return from_scene(one, folder)
 
 
 def compression(folder: Path, quick: bool) -> Case:
@@ -158,26 +157,11 @@ def _histories(case: Case, folder: Path) -> tuple[dict[str, Array], float]:
     """Each record averaged in bins of time, and the mean number of deformable grains."""
     data = averages(folder / "record.dat")
     now = data["v_now"]
-    # steps differ in length: the same times for all
-    times = (np.arange(BINS * FINE) + 0.5) * case.duration / (BINS * FINE)
-    histories = {
-        name: np.interp(times, now, data[column]).reshape(BINS, FINE).mean(axis=1)
-        for name, column in case.records.items()
-    }
+    records = {name: data[column] for name, column in case.records.items()}
+    found = histories.binned(now, records, case.duration)
     awake = next((data[name] for name in ("f_motion[1]",) if name in data), np.ones_like(now))
     weights = np.diff(now, prepend=0.0)  # steps are longer while nobody is awake
-    return histories, float(awake @ weights / weights.sum())
-
-
-def _difference(one: dict[str, Array], mean: dict[str, Array]) -> dict[str, float]:
-    return {
-        name: float(np.sqrt(np.mean((one[name] - value) ** 2) / max(np.mean(value**2), 1e-300)))
-        for name, value in mean.items()
-    }
-
-
-def _mean(runs: list[dict[str, Array]]) -> dict[str, Array]:
-    return {name: np.mean([run[name] for run in runs], axis=0) for name in runs[0]}
+    return found, float(awake @ weights / weights.sum())
 
 
 def measure(lmp: Path, folder: Path, machine: Machine, quick: bool) -> list[Row]:
@@ -195,11 +179,8 @@ def _one_case(lmp: Path, name: str, case: Case, folder: Path) -> list[Row]:
         return timed, *_histories(case, folder)
 
     whole = [run("nve", seed) for seed in range(1, REPEATS + 1)]
-    runs = [histories for _, histories, _ in whole]
-    mean = _mean(runs)
-    scatter = [
-        _difference(one, _mean([other for other in runs if other is not one])) for one in runs
-    ]
+    runs = [found for _, found, _ in whole]
+    mean, scatter = histories.mean(runs), histories.scatter(runs)
     seconds = float(np.median([timed.seconds for timed, _, _ in whole]))
     rows: list[Row] = [
         {
@@ -208,11 +189,11 @@ def _one_case(lmp: Path, name: str, case: Case, folder: Path) -> list[Row]:
             "s": seconds,
             "gain": 1.0,
             "mean grains awake": "all",
-            **{f"error: {key}": float(np.mean([s[key] for s in scatter])) for key in mean},
+            **{f"error: {key}": value for key, value in scatter.items()},
         }
     ]
     for eta in ETAS:
-        timed, histories, awake = run(f"peridem/adapt eta {eta:g}", 1)
+        timed, found, awake = run(f"peridem/adapt eta {eta:g}", 1)
         rows.append(
             {
                 "scene": name,
@@ -220,7 +201,7 @@ def _one_case(lmp: Path, name: str, case: Case, folder: Path) -> list[Row]:
                 "s": timed.seconds,
                 "gain": seconds / timed.seconds,
                 "mean grains awake": awake,
-                **{f"error: {k}": v for k, v in _difference(histories, mean).items()},
+                **{f"error: {k}": v for k, v in histories.difference(found, mean).items()},
             }
         )
     return rows

@@ -7,7 +7,7 @@ import json
 import sys
 import tempfile
 import time
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict
 from pathlib import Path
 from types import ModuleType
@@ -19,13 +19,16 @@ from bench import machine, report, table
 ROOT = Path(__file__).resolve().parents[1]
 
 
-def main(parts: Mapping[str, ModuleType], program: str, words: str) -> int:
+def main(
+    parts: Mapping[str, ModuleType], program: str, words: str, named_only: Sequence[str] = ()
+) -> int:
     """Parse the command line and run.
 
     Args:
         parts: what can be measured here, by name.
         program: how it is called.
         words: the help text.
+        named_only: parts that run only where they are named.
     """
     options = argparse.ArgumentParser(
         prog=program,
@@ -49,7 +52,8 @@ def main(parts: Mapping[str, ModuleType], program: str, words: str) -> int:
     results = chosen.output or ROOT / "bench" / "results"
     results.mkdir(parents=True, exist_ok=True)
     with tempfile.TemporaryDirectory() as folder:
-        wanted = {name: parts[name] for name in chosen.parts or parts}
+        usual = [name for name in parts if name not in named_only]
+        wanted = {name: parts[name] for name in chosen.parts or usual}
         measure(wanted, lmp, results, Path(folder), chosen.quick, program)
     page = (ROOT / "doc" / "performance.md") if chosen.output is None else results / "report.md"
     report.write(results, page)

@@ -11,7 +11,7 @@ from bench import table
 HEAD = """\
 # Performance
 
-Written by `make bench` from the files in `bench/results/`; change nothing here by
+Written by `make bench` and `make pareto` from the files in `bench/results/`; change nothing here by
 hand.  Times of one rank are processor time, medians of runs in turns.
 """
 # all parts that there are, as they follow each other on the page

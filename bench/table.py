@@ -10,9 +10,9 @@ Row = dict[str, object]
 
 
 def write(rows: Sequence[Row], path: Path) -> None:
-    """Rows with the same keys as a csv file."""
+    """Rows as a csv file; what a row has not stays empty."""
     with path.open("w", newline="") as file:
-        writer = csv.DictWriter(file, fieldnames=list(rows[0]))
+        writer = csv.DictWriter(file, fieldnames=_head(rows))
         writer.writeheader()
         writer.writerows({key: _shown(value) for key, value in row.items()} for row in rows)
 
@@ -24,11 +24,18 @@ def read(path: Path) -> list[dict[str, str]]:
 
 
 def markdown(rows: Sequence[Row]) -> str:
-    """A table; the keys are its head."""
-    head = list(rows[0])
+    """A table; the keys are its head, and what a row has not stays empty."""
+    head = _head(rows)
     lines = ["| " + " | ".join(head) + " |", "| " + " | ".join("---" for _ in head) + " |"]
-    lines += ["| " + " | ".join(str(_shown(row[key])) for key in head) + " |" for row in rows]
+    lines += [
+        "| " + " | ".join(str(_shown(row.get(key, ""))) for key in head) + " |" for row in rows
+    ]
     return "\n".join(lines)
+
+
+def _head(rows: Sequence[Row]) -> list[str]:
+    """All keys, in the order of their first row."""
+    return list(dict.fromkeys(key for row in rows for key in row))
 
 
 def _shown(value: object) -> object:

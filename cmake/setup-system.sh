@@ -93,6 +93,10 @@ look
 if ! has ninja && { [ ${#missing[@]} -gt 0 ] || can_install; }; then
   need 'Ninja'               'ninja-build'                  has ninja
 fi
+# and without valgrind the tests that count instructions are left out
+if ! has valgrind && { [ ${#missing[@]} -gt 0 ] || can_install; }; then
+  need 'valgrind'            'valgrind'                     has valgrind
+fi
 if [ ${#missing[@]} -eq 0 ]; then
   say 'all there'
   exit 0

@@ -2,17 +2,14 @@
 
 from __future__ import annotations
 
-import os
-import shutil
 import subprocess
 from pathlib import Path
 
 import numpy as np
 import pytest
 
-REPOSITORY = Path(__file__).resolve().parents[2]
-BUILD = REPOSITORY / "build"
-INJECT = REPOSITORY / "cmake" / "PERIDEM-inject.cmake"
+from support.own_build import BUILD, INJECT, REPOSITORY, built, run_checked
+
 VERSIONS = ("4Feb2025", "4Jul2026")
 
 SPACING = 1.0e-4
@@ -61,52 +58,6 @@ def _write_case(folder: Path) -> None:
     (folder / "in.case").write_text(CASE)
 
 
-def _run(command: list[str | Path], cwd: Path, what: str) -> str:
-    """Output of a command; fails the test with its last lines."""
-    done = subprocess.run(
-        list(map(str, command)),
-        cwd=cwd,
-        text=True,
-        stdout=subprocess.PIPE,
-        stderr=subprocess.STDOUT,
-    )
-    if done.returncode:
-        tail = "\n".join(done.stdout.splitlines()[-30:])
-        pytest.fail(f"{what} failed:\n{tail}", pytrace=False)
-    return done.stdout
-
-
-def _tree(version: str) -> Path:
-    """A LAMMPS tree of that version, fetched once and kept in build/."""
-    tree = BUILD / ("lammps-src" if version == "4Jul2026" else f"lammps-{version}")
-    fetch = [REPOSITORY / "cmake" / "fetch-lammps.sh", tree, version]
-    done = subprocess.run(list(map(str, fetch)), text=True, capture_output=True)
-    if done.returncode:
-        reason = f"LAMMPS {version} is not here and could not be fetched:\n{done.stderr}"
-        if os.environ.get("PERIDEM_TESTS_MUST_RUN"):
-            pytest.fail(reason, pytrace=False)
-        pytest.skip(reason)
-    return tree
-
-
-def _built(version: str) -> Path:
-    """The lmp that an own build of that version makes; built again only where sources changed."""
-    folder = BUILD / f"own-{version}"
-    configure: list[str | Path] = [
-        "cmake", "-S", _tree(version) / "cmake", "-B", folder,
-        "-D", f"CMAKE_PROJECT_lammps_INCLUDE={INJECT}",
-        "-D", "PERIDEM_PCH=on", "-D", "BUILD_MPI=on", "-D", "BUILD_SHARED_LIBS=on",
-        "-D", "CMAKE_BUILD_TYPE=Release", "-D", "PKG_RIGID=on",
-    ]  # fmt: skip
-    if not (folder / "CMakeCache.txt").exists() and shutil.which("ninja"):
-        configure += ["-G", "Ninja"]
-    _run(configure, REPOSITORY, f"configuring LAMMPS {version} with PERIDEM-inject.cmake")
-    cores = str(os.cpu_count() or 1)
-    build: list[str | Path] = ["cmake", "--build", folder, "--parallel", cores]
-    _run(build, REPOSITORY, f"building LAMMPS {version}")
-    return folder / "lmp"
-
-
 def _final(dump: Path) -> np.ndarray:
     rows = np.loadtxt(dump, skiprows=9)
     return rows[np.argsort(rows[:, 0])]
@@ -117,10 +68,10 @@ def results(tmp_path_factory: pytest.TempPathFactory) -> dict[str, np.ndarray]:
     """The final state of the case from an own build of each version."""
     final = {}
     for version in VERSIONS:
-        lmp = _built(version)
+        lmp = built(version)
         folder = tmp_path_factory.mktemp(f"own-{version}")
         _write_case(folder)
-        _run([lmp, "-in", "in.case", "-nocite"], folder, f"the case with LAMMPS {version}")
+        run_checked([lmp, "-in", "in.case", "-nocite"], folder, f"the case with LAMMPS {version}")
         final[version] = _final(folder / "final.dump")
     return final
 
@@ -128,7 +79,7 @@ def results(tmp_path_factory: pytest.TempPathFactory) -> dict[str, np.ndarray]:
 @pytest.mark.slow
 @pytest.mark.parametrize("version", VERSIONS)
 def test_an_own_build_has_the_styles(version: str, results: dict[str, np.ndarray]) -> None:
-    listed = _run([BUILD / f"own-{version}" / "lmp", "-help"], BUILD, "lmp -help").split()
+    listed = run_checked([BUILD / f"own-{version}" / "lmp", "-help"], BUILD, "lmp -help").split()
     for style in ("peridem", "peridem/lps", "peridem/contact", "peridem/bonds", "peridem/wall",
                   "peridem/atom"):  # fmt: skip
         assert style in listed

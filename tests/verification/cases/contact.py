@@ -88,7 +88,16 @@ class Pressed:
 STAGES = 8  # states of rest while grains are pressed
 
 
-def pressed(lab: Lab, one: Cloud, solid: Solid, path: float, time: float, grains: int) -> Pressed:
+def pressed(
+    lab: Lab,
+    one: Cloud,
+    solid: Solid,
+    path: float,
+    time: float,
+    grains: int,
+    contact: str = "",
+    safety: float = SAFETY,
+) -> Pressed:
     """Grains in a column between a floor and a lid that sinks by ``path`` in stages.
 
     In each stage the lid moves gently, and stands while a drag slows down what swings: grains
@@ -100,7 +109,7 @@ def pressed(lab: Lab, one: Cloud, solid: Solid, path: float, time: float, grains
         lab,
         one,
         solid,
-        "friction 0.5",  # else a column of two discs slips aside
+        f"friction 0.5 {contact}",  # without friction a column of two discs slips aside
         f"""
         variable down equal 0
         fix floor all peridem/wall plane 0 {number(low)} 0 0 1 0
@@ -108,6 +117,7 @@ def pressed(lab: Lab, one: Cloud, solid: Solid, path: float, time: float, grains
         variable drag atom {number(-drag)}*mass*vy
         fix drag all addforce 0 v_drag 0
         """,
+        safety,
     )
     rows, stage, depth = [], time / STAGES, path / STAGES
     for k in range(STAGES):
@@ -138,16 +148,20 @@ def sphere_force(shortened: Array, radius: float) -> Array:
     return 4 / 3 * PLATE * np.sqrt(radius) * (0.5 * shortened) ** 1.5
 
 
+def disc_on_disc(radius: float) -> Cloud:
+    """Two discs that just touch, one the mirror of the other."""
+    upper = disc(radius, molecule=2)
+    upper.x = upper.x * (1, -1, 1) + (0, 2 * radius + REACH, 0)
+    upper.reference = upper.x.copy()
+    return join(disc(radius), upper)
+
+
 def run_hertz_discs(lab: Lab, radius: float, time: float) -> Outcome:
     r = even_radius(radius)
-    single = disc(r)
-    upper = disc(r, molecule=2)
-    upper.x = upper.x * (1, -1, 1) + (0, 2 * r + REACH, 0)
-    upper.reference = upper.x.copy()
     rows, found = [], {}
     for name, one, grains in (
-        ("disc between plates", single, 1),
-        ("disc on disc between plates", join(single, upper), 2),
+        ("disc between plates", disc(r), 1),
+        ("disc on disc between plates", disc_on_disc(r), 2),
     ):
         one.box[:2] += np.array([[-10.0, 10.0]])
         got = pressed(lab, one, FLAT, 0.05 * r * grains, time, grains)
@@ -307,6 +321,8 @@ def collision(
     v2: tuple,
     spin: float = 0.0,
     offset: float = 0.0,
+    solid: Solid = FLAT,
+    safety: float = SAFETY,
 ) -> tuple[Cloud, Simulation]:
     """Two discs side by side fly at each other; the second is the mirror of the first."""
     left = disc(radius)
@@ -319,7 +335,7 @@ def collision(
         part.v[:, 0] -= spin * arm[:, 1]
         part.v[:, 1] += spin * arm[:, 0]
     one = join(left, right, margin=12 * radius)
-    return one, scene(lab, one, FLAT, contact)
+    return one, scene(lab, one, solid, contact, safety=safety)
 
 
 def momentum(one: Cloud, sim: Simulation) -> Array:

@@ -425,6 +425,13 @@ def kirsch(x: Array, stress: float = 1.0) -> Array:
     return size * u
 
 
+def far_field(x: Array, stress: float = 1.0) -> Array:
+    """Displacement of the same plate without its hole."""
+    u = np.zeros_like(x)
+    u[:, 0], u[:, 1] = (KAPPA + 1) * x[:, 0], (KAPPA - 3) * x[:, 1]
+    return stress / (8 * PLATE.shear) * u
+
+
 def ligament(y: Array) -> Array:
     """sigma_xx on the line x = 0, over the far stress."""
     return 1 + 0.5 / y**2 + 1.5 / y**4
@@ -445,13 +452,15 @@ class Plate:
     y: Array
     stress: Array
     edge: float  # growth of the hole along the load over the classical one
-    error: float
+    error: float  # relative L2 error of displacement
+    error_of_hole: float  # the same, relative to what the hole adds to the displacement
 
 
-def pulled_plate(lab: Lab, h: float, kind: str) -> Plate:
+def pulled_plate(lab: Lab, h: float, kind: str, solid: Solid | None = None) -> Plate:
+    """``solid``: with PLATE's moduli; None: with a horizon of M spacings."""
     x, volume = lattice_plate(h) if kind == "lattice" else plate_with_hole(HALF, h)
     one = cloud(x, volume=volume, dimension=2, margin=5 * h)
-    solid = Solid(PLATE.bulk, PLATE.shear, M * h, 2, plane="stress")
+    solid = solid or Solid(PLATE.bulk, PLATE.shear, M * h, 2, plane="stress")
     statics = Statics(lab, one, solid, h, extra="compute node all peridem/atom sxx syy")
     exact = kirsch(one.reference)
     fixed = np.abs(one.reference[:, :2]).max(axis=1) > HALF - 2 * solid.horizon
@@ -467,8 +476,12 @@ def pulled_plate(lab: Lab, h: float, kind: str) -> Plate:
     grown = float(np.sum(u[ends, 0] * x[ends, 0]) / np.sum(exact[ends, 0] * x[ends, 0]))
     inside = ~fixed
     miss = np.sum((volume[:, None] * (u - exact) ** 2)[inside])
-    size = np.sum((volume[:, None] * exact**2)[inside])
-    return Plate(y[order], sxx[near_line][order], grown, float(np.sqrt(miss / size)))
+    sizes = (
+        np.sum((volume[:, None] * field**2)[inside])
+        for field in (exact, exact - far_field(one.reference))
+    )
+    errors = (float(np.sqrt(miss / size)) for size in sizes)
+    return Plate(y[order], sxx[near_line][order], grown, *errors)
 
 
 def plate_rows(name: str, n: int, plate: Plate) -> list[Row]:

