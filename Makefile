@@ -76,7 +76,7 @@ sanitize: build ## run the quick tests where wrong memory or undefined behaviour
 	  $(abspath $(python)) -m pytest tests/unit tests/fuzz tests/parallel -m 'not slow' $(PYTEST_ARGS)
 
 # valgrind does not know the vector instructions of all processors
-memcheck: build ## run a small scene on two ranks under valgrind (which must be there)
+memcheck: build ## run two small scenes on two ranks under valgrind (which must be there)
 	cmake -S . -B $(BUILD)/memcheck $(portable)
 	cmake --build $(BUILD)/memcheck --parallel $$(nproc)
 	PERIDEM_MEMCHECK=$(abspath $(BUILD)/memcheck)/lmp PERIDEM_TESTS_MUST_RUN=1 \
