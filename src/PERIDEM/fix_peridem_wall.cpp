@@ -539,7 +539,9 @@ void FixPeridemWall::impact(const Impact &one)
   const double approach = one.body.whole ? collision.approach() : one.approach;
   if (advance) peak = MAX(peak, approach);
   const double mobility = one.body.mobility_along(one.foot.normal);
-  const double size = laws[atom->type[i]].impact_force(one.elastic, approach, peak, mobility, dt);
+  const auto &law = laws[atom->type[i]];
+  const double k = law.spring(atom->vfrac[i], atom->vfrac[i]);
+  const double size = law.impact_force(one.elastic, k, approach, peak, mobility, dt);
   double push[3];
   for (int m = 0; m < 3; m++) {
     push[m] = size * one.foot.normal[m];

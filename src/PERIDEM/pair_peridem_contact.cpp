@@ -744,7 +744,8 @@ void PairPeridemContact::add_impact(const Impact &impact)
 
   const auto &law = laws[index(atom->type[i], atom->type[j])];
   const double mobility = bi.mobility_along(impact.n) + bj.mobility_along(impact.n);
-  const double force = law.impact_force(impact.elastic, approach, peak, mobility, dt);
+  const double k = law.spring(atom->vfrac[i], atom->vfrac[j]);
+  const double force = law.impact_force(impact.elastic, k, approach, peak, mobility, dt);
   double push[3], pull[3], centres[3];
   for (int m = 0; m < 3; m++) {
     push[m] = -force * impact.n[m];

@@ -240,12 +240,15 @@ double PeridemContactLaw::impact_number(double restitution)
 
 /* ---------------------------------------------------------------------- */
 
-double PeridemContactLaw::impact_force(double elastic, double approach, double peak,
+double PeridemContactLaw::impact_force(double elastic, double k, double approach, double peak,
                                        double mobility, double dt) const
 {
   if (!(peak > 0.0)) return 0.0;
+  // A spring that holds more energy than the bodies came with is pressed by something else, and
+  // slowly: what counts is the speed that its energy would give them. In a collision it holds less.
+  const double pressed = elastic * std::sqrt(mobility / k);
   // bodies part no faster than a collision lets them: what parts faster has other reasons
-  const double ratio = approach / peak;
+  const double ratio = approach / (peak > pressed ? peak : pressed);
   double force = elastic * impact * (ratio > -restitution ? ratio : -restitution);
   // never more than slows the two bodies down within several steps
   const double most = std::fabs(approach) / (mobility * IMPACT_STEPS * dt);

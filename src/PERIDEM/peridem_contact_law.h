@@ -85,8 +85,9 @@ class PeridemContactLaw {
   }
 
   // what the loss of a collision adds to the elastic force: bodies approach each other at this
-  // speed, at most at the speed peak so far; mobility is speed over impulse between them
-  double impact_force(double elastic, double approach, double peak, double mobility,
+  // speed, at most at the speed peak so far; k is the spring of the two nodes, mobility speed over
+  // impulse between the bodies
+  double impact_force(double elastic, double k, double approach, double peak, double mobility,
                       double dt) const;
 
   // A collision is over when nodes that touched part by more than this gap: before that, contacts

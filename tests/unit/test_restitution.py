@@ -6,6 +6,7 @@ import itertools
 
 import numpy as np
 import pytest
+from scipy.optimize import brentq
 
 from support.clouds import Cloud, cloud, disc, join
 from support.oracle import Solid
@@ -213,3 +214,31 @@ def test_a_collision_is_remembered_while_its_contacts_open_and_close(wall, simul
             again.commands("run 10 post no")
         np.testing.assert_array_equal(again.atoms("x"), moments[-1][2])
         np.testing.assert_array_equal(again.atoms("v"), moments[-1][3])
+
+
+@pytest.mark.parametrize("speed", [5e-4, 1e-3])
+def test_what_is_added_to_a_steady_load_goes_with_its_speed(speed, simulation):
+    """A disc between plates that close slowly, which is no collision: a dashpot u V sqrt(k m)."""
+    loads = []
+    for restitution in (1.0, 0.5):
+        one = cloud(disc(4.0), dimension=2, margin=20)
+        sim = simulation().load(one, dimension=2)
+        words = f"radius 0.95 stiffness 60.0 restitution {restitution}"
+        sim.commands(
+            f"""
+            pair_style peridem/lps
+            pair_coeff * * {lps_words(SOLID)} viscosity 5.0
+            fix low all peridem/wall plane 0 -4.96 0 0 1 0 {words}
+            fix high all peridem/wall plane 0 4.96 0 0 -1 0 velocity 0 {-speed} 0 {words}
+            fix motion all nve
+            timestep 0.02
+            run {round(0.1 / speed / 0.02)} post no
+            """
+        )
+        loads.append(sim.fix_vector("high", 3)[1])
+    assert loads[0] > 0.5
+    e = 0.5
+    u = brentq(lambda u: u - np.log1p(u) + e * u + np.log1p(-e * u), 0.1, 1.999)
+    added = u * 0.5 * speed * np.sqrt(60.0 * one.mass.sum())  # each plate sees half the speed
+    # the disc without loss in the law still moves a little between the plates
+    assert loads[1] - loads[0] == pytest.approx(added, rel=0.02, abs=1e-3 * loads[0])
