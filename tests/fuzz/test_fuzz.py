@@ -45,7 +45,7 @@ def test_random_scripts_and_data_files(first, mpi):
 @pytest.mark.slow
 def test_many_more(mpi):
     first = int(os.environ.get("FUZZ_FIRST", "10000"))
-    count = int(os.environ.get("FUZZ_COUNT", "400"))
+    count = int(os.environ.get("FUZZ_COUNT", "80"))
     found: list[str] = []
     for start in range(first, first + count, CHUNK):
         seeds = range(start, min(start + CHUNK, first + count))
