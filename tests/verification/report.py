@@ -62,6 +62,8 @@ def run_here(name: str, size: str, results: Path) -> None:
     plot.unlink(missing_ok=True)
     if outcome.draw is not None:
         plots.save(outcome.draw(), str(plot))
+    elif any(row.used is not None for row in outcome.rows):
+        plots.save(plots.margins(outcome.rows), str(plot))
     result = {
         "name": name,
         "size": size,

@@ -26,6 +26,7 @@ class Row:
 
     ``holds``: whether the target is met; None for what is reported without a target.
     ``missed``: why a target is known not to be met.  Such a row does not fail, and says so.
+    ``used``: how much of its room a number takes, 1 at the edge; None for what is no number.
     """
 
     quantity: str
@@ -35,6 +36,7 @@ class Row:
     why: str
     holds: bool | None
     missed: str = ""
+    used: float | None = None
 
     @property
     def fails(self) -> bool:
@@ -66,20 +68,24 @@ def near(
         raise ValueError(f"{quantity}: one of rel and abs is needed")
     room = abs if rel is None else rel * np.abs(expected)
     shown = f"±{number(abs, 2)}" if rel is None else f"±{number(rel, 2)} of it"
-    holds = bool(np.abs(got - expected) <= room)
-    return Row(quantity, number(expected, digits), number(got, digits), shown, why, holds, missed)
+    off = float(np.abs(got - expected))
+    texts = number(expected, digits), number(got, digits)
+    used = off / float(room) if room else None
+    return Row(quantity, *texts, shown, why, bool(off <= room), missed, used)
 
 
 def below(quantity: str, got: float, bound: float, *, why: str, missed: str = "") -> Row:
     """``got`` is at most ``bound`` (and not NaN)."""
     holds = bool(got <= bound)
-    return Row(quantity, f"≤ {number(bound)}", number(got), "bound", why, holds, missed)
+    used = float(abs(got)) / bound if bound > 0 else None
+    return Row(quantity, f"≤ {number(bound)}", number(got), "bound", why, holds, missed, used)
 
 
 def above(quantity: str, got: float, bound: float, *, why: str, missed: str = "") -> Row:
     """``got`` is at least ``bound`` (and not NaN)."""
     holds = bool(got >= bound)
-    return Row(quantity, f"≥ {number(bound)}", number(got), "bound", why, holds, missed)
+    used = float(bound / got) if got > 0 else None
+    return Row(quantity, f"≥ {number(bound)}", number(got), "bound", why, holds, missed, used)
 
 
 def within(

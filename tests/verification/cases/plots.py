@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 import matplotlib
@@ -9,6 +10,8 @@ import matplotlib
 matplotlib.use("Agg")
 
 from matplotlib.figure import Figure
+
+from .base import Row
 
 COLOURS = ("#0b5394", "#cc4125", "#38761d", "#8e5ea2", "#e69138", "#444444", "#45818e")
 STYLE = {
@@ -55,3 +58,15 @@ def plain_log(axis: Any) -> None:
     axis.set_major_locator(LogLocator(subs=(1, 2, 3, 5)))
     axis.set_major_formatter(ScalarFormatter())
     axis.set_minor_locator(LogLocator(subs=()))
+
+
+def margins(rows: Sequence[Row]) -> Figure:
+    """For cases without a picture of their own: how much of its room each number takes."""
+    used = [(row.used, row.holds) for row in rows if row.used is not None]
+    figure, (ax,) = panels(1, width=5.0)
+    for place, (value, holds) in enumerate(used, 1):
+        ax.plot(max(value, 1e-17), place, "o" if holds else "X", color=COLOURS[0 if holds else 1])
+    ax.axvline(1.0, color="0.4", lw=1.0)
+    ax.set(xscale="log", xlim=(5e-18, 10), xlabel="share of its tolerance that a number takes")
+    ax.set(ylabel="number, in the order of the table", ylim=(len(used) + 1, 0))
+    return figure
