@@ -294,7 +294,7 @@ def test_a_run_in_this_process_stops_and_goes_on(tmp_path, lmp):
         "second = run.run_in_process(script, quiet=True, resume=True)\n"
         "print(first.stopped, first.signal == signal.SIGINT, second.stopped, second.steps)\n"
     )
-    ended = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=60)
+    ended = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=300)
     assert ended.returncode == 0, ended.stderr
     assert ended.stdout.split() == ["True", "True", "False", "6100"]
     assert results.Dump(tmp_path / "frames.dump").steps.tolist() == list(range(0, 6101, 50))
