@@ -280,7 +280,9 @@ def test_commands_are_told_apart():
 def test_a_run_in_this_process_stops_and_goes_on(tmp_path, lmp):
     if importlib.util.find_spec("lammps") is None and not os.environ.get("PERIDEM_TESTS_MUST_RUN"):
         pytest.skip("no lammps module")
-    script = stages(tmp_path, length=2000)
+    # long enough for the signal to be served, and as short as the others in its own time
+    script = stages(tmp_path, length=20000)
+    script.write_text(script.read_text().replace("timestep 0.02", "timestep 0.002"))
     code = (
         "import os, signal, sys, threading, time\n"
         "from peridem import run, run_journal\n"
@@ -294,7 +296,9 @@ def test_a_run_in_this_process_stops_and_goes_on(tmp_path, lmp):
         "second = run.run_in_process(script, quiet=True, resume=True)\n"
         "print(first.stopped, first.signal == signal.SIGINT, second.stopped, second.steps)\n"
     )
-    ended = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=300)
+    ended = subprocess.run(
+        [sys.executable, "-c", code], capture_output=True, text=True, timeout=300
+    )
     assert ended.returncode == 0, ended.stderr
-    assert ended.stdout.split() == ["True", "True", "False", "6100"]
-    assert results.Dump(tmp_path / "frames.dump").steps.tolist() == list(range(0, 6101, 50))
+    assert ended.stdout.split() == ["True", "True", "False", "60100"]
+    assert results.Dump(tmp_path / "frames.dump").steps.tolist() == list(range(0, 60101, 50))
