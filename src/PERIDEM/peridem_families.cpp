@@ -19,6 +19,7 @@
 #include "peridem_compat.h"
 #include "peridem_cut.h"
 #include "peridem_material.h"
+#include "peridem_messages.h"
 
 #include "atom.h"
 #include "comm.h"
@@ -68,7 +69,7 @@ PeridemFamilies::PeridemFamilies(LAMMPS *lmp, MaterialOf _material, const Peride
 std::vector<PeridemFamilies::Family> PeridemFamilies::build(const std::vector<int> &nodes)
 {
   check_ids();
-  const auto received = exchange(send_nodes(nodes));
+  const auto received = PeridemMessages::exchange(world, send_nodes(nodes));
   const std::size_t width = sizeof(Node) / sizeof(double);
   const auto *const first = reinterpret_cast<const Node *>(received.data());
   std::vector<Node> mine(first, first + received.size() / width);
@@ -87,7 +88,7 @@ std::vector<PeridemFamilies::Family> PeridemFamilies::build(const std::vector<in
   }
   MPI_Allreduce(MPI_IN_PLACE, &longest_now, 1, MPI_DOUBLE, MPI_MAX, world);
 
-  const auto found = exchange(answers);
+  const auto found = PeridemMessages::exchange(world, answers);
   std::vector<Family> families;
   families.reserve(nodes.size());
   for (std::size_t m = 0; m < found.size();) {
@@ -119,7 +120,7 @@ void PeridemFamilies::check_ids() const
   std::vector<std::vector<double>> outgoing(comm->nprocs);
   for (int i = 0; i < atom->nlocal; i++)
     outgoing[atom->tag[i] % comm->nprocs].push_back(static_cast<double>(atom->tag[i]));
-  auto ids = exchange(outgoing);
+  auto ids = PeridemMessages::exchange(world, outgoing);
   std::sort(ids.begin(), ids.end());
   const auto twice = std::adjacent_find(ids.begin(), ids.end());
   tagint first = twice == ids.end() ? MAXTAGINT : static_cast<tagint>(*twice);
@@ -339,26 +340,4 @@ bool PeridemFamilies::is_cut(const Node &node, const Node &other) const
     if (!lower) d[k] = -d[k];
   }
   return cuts.crosses(lower ? node.X : other.X, d);
-}
-
-/* ---------------------------------------------------------------------- */
-
-std::vector<double>
-PeridemFamilies::exchange(const std::vector<std::vector<double>> &outgoing) const
-{
-  const int nprocs = comm->nprocs;
-  if (nprocs == 1) return outgoing[0];
-  std::vector<int> nsend(nprocs), nrecv(nprocs), sendat(nprocs, 0), recvat(nprocs, 0);
-  for (int p = 0; p < nprocs; p++) nsend[p] = static_cast<int>(outgoing[p].size());
-  MPI_Alltoall(nsend.data(), 1, MPI_INT, nrecv.data(), 1, MPI_INT, world);
-  for (int p = 1; p < nprocs; p++) {
-    sendat[p] = sendat[p - 1] + nsend[p - 1];
-    recvat[p] = recvat[p - 1] + nrecv[p - 1];
-  }
-  std::vector<double> send, recv(recvat.back() + nrecv.back());
-  send.reserve(sendat.back() + nsend.back());
-  for (const auto &part : outgoing) send.insert(send.end(), part.begin(), part.end());
-  MPI_Alltoallv(send.data(), nsend.data(), sendat.data(), MPI_DOUBLE, recv.data(), nrecv.data(),
-                recvat.data(), MPI_DOUBLE, world);
-  return recv;
 }

@@ -74,7 +74,6 @@ class PeridemFamilies : protected Pointers {
   int rank_of_block(tagint mol, const double *block) const;
   void families_of_block(const Node *first, const Node *last,
                          std::vector<std::vector<double>> &answers);
-  std::vector<double> exchange(const std::vector<std::vector<double>> &outgoing) const;
 };
 
 }    // namespace LAMMPS_NS

@@ -16,6 +16,7 @@
 #include "peridem_grains.h"
 
 #include "peridem_cells.h"
+#include "peridem_messages.h"
 
 #include "atom.h"
 #include "atom_vec_peridem.h"
@@ -74,23 +75,7 @@ std::vector<Node> gather_grains(LAMMPS *lmp)
                                                     static_cast<double>(atom->type[i]),
                                                     {X[0], X[1], X[2]}});
   }
-
-  const int width = sizeof(Node) / sizeof(double);
-  std::vector<int> nsend(nprocs), nrecv(nprocs), sendat(nprocs, 0), recvat(nprocs, 0);
-  std::vector<Node> send, recv;
-  for (int p = 0; p < nprocs; p++) {
-    nsend[p] = width * static_cast<int>(outgoing[p].size());
-    send.insert(send.end(), outgoing[p].begin(), outgoing[p].end());
-  }
-  MPI_Alltoall(nsend.data(), 1, MPI_INT, nrecv.data(), 1, MPI_INT, lmp->world);
-  for (int p = 1; p < nprocs; p++) {
-    sendat[p] = sendat[p - 1] + nsend[p - 1];
-    recvat[p] = recvat[p - 1] + nrecv[p - 1];
-  }
-  recv.resize((recvat.back() + nrecv.back()) / width);
-  MPI_Alltoallv(send.data(), nsend.data(), sendat.data(), MPI_DOUBLE, recv.data(), nrecv.data(),
-                recvat.data(), MPI_DOUBLE, lmp->world);
-  return recv;
+  return PeridemMessages::exchange(lmp->world, outgoing);
 }
 
 }    // namespace

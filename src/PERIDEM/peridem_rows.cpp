@@ -1,0 +1,203 @@
+/* ----------------------------------------------------------------------
+   LAMMPS - Large-scale Atomic/Molecular Massively Parallel Simulator
+   https://www.lammps.org/, Sandia National Laboratories
+   LAMMPS development team: developers@lammps.org
+
+   This file is part of PERIDEM, a package for LAMMPS.  It is distributed
+   under the GNU General Public License, version 2.
+
+   See the README file in the top-level LAMMPS directory.
+------------------------------------------------------------------------- */
+
+/* ----------------------------------------------------------------------
+   Contributing author: the PERIDEM developers
+------------------------------------------------------------------------- */
+
+#include "peridem_rows.h"
+
+#include "memory.h"
+
+#include <algorithm>
+
+using namespace LAMMPS_NS;
+
+/* ---------------------------------------------------------------------- */
+
+PeridemRows::~PeridemRows()
+{
+  storage->destroy(start);
+  storage->destroy(num);
+  storage->destroy(nref);
+  storage->destroy(wvolume);
+  storage->destroy(famvolume);
+  storage->destroy(maxstretch);
+  storage->destroy(known_id);
+}
+
+/* ---------------------------------------------------------------------- */
+
+void PeridemRows::grow_rows(int nmax)
+{
+  storage->grow(start, nmax, "peridem/bonds:start");
+  storage->grow(num, nmax, "peridem/bonds:num");
+  storage->grow(nref, nmax, "peridem/bonds:nref");
+  storage->grow(wvolume, nmax, "peridem/bonds:wvolume");
+  storage->grow(famvolume, nmax, "peridem/bonds:famvolume");
+  storage->grow(maxstretch, nmax, "peridem/bonds:maxstretch");
+  storage->grow(known_id, nmax, "peridem/bonds:known_id");
+}
+
+/* ---------------------------------------------------------------------- */
+
+void PeridemRows::empty_row(int i)
+{
+  start[i] = 0;
+  num[i] = -1;
+  nref[i] = 0;
+  wvolume[i] = famvolume[i] = maxstretch[i] = 0.0;
+  known_id[i] = 0;
+}
+
+/* ---------------------------------------------------------------------- */
+
+void PeridemRows::copy_row(int i, int j)
+{
+  start[j] = start[i];
+  num[j] = num[i];
+  nref[j] = nref[i];
+  wvolume[j] = wvolume[i];
+  famvolume[j] = famvolume[i];
+  maxstretch[j] = maxstretch[i];
+  known_id[j] = known_id[i];
+}
+
+/* ---------------------------------------------------------------------- */
+
+int PeridemRows::pack_row(int i, double *buf, bool with_weights) const
+{
+  int m = 0;
+  buf[m++] = ubuf(num[i]).d;
+  buf[m++] = ubuf(nref[i]).d;
+  buf[m++] = wvolume[i];
+  buf[m++] = famvolume[i];
+  buf[m++] = maxstretch[i];
+  buf[m++] = ubuf(known_id[i]).d;
+  for (bigint k = start[i]; k < start[i] + num[i]; k++) {
+    buf[m++] = ubuf(ptag[k]).d;
+    buf[m++] = length[k];
+    if (with_weights) buf[m++] = weight[k];
+  }
+  return m;
+}
+
+/* ---------------------------------------------------------------------- */
+
+int PeridemRows::unpack_row(int i, const double *buf, bool with_weights)
+{
+  int m = 0;
+  num[i] = (int) ubuf(buf[m++]).i;
+  nref[i] = (int) ubuf(buf[m++]).i;
+  wvolume[i] = buf[m++];
+  famvolume[i] = buf[m++];
+  maxstretch[i] = buf[m++];
+  known_id[i] = (tagint) ubuf(buf[m++]).i;
+  start[i] = static_cast<bigint>(ptag.size());
+  for (int k = 0; k < num[i]; k++) {
+    const auto tag = (tagint) ubuf(buf[m++]).i;
+    const double R = buf[m++];
+    append(tag, R, with_weights ? buf[m++] : 0.0);
+  }
+  return m;
+}
+
+/* ---------------------------------------------------------------------- */
+
+void PeridemRows::append(tagint tag, double R, double w)
+{
+  ptag.push_back(tag);
+  length.push_back(R);
+  weight.push_back(w);
+  partner.push_back(-1);
+}
+
+/* ---------------------------------------------------------------------- */
+
+void PeridemRows::erase_bond(int i, bigint k)
+{
+  const bigint last = start[i] + num[i] - 1;
+  for (bigint m = k; m < last; m++) {
+    ptag[m] = ptag[m + 1];
+    partner[m] = partner[m + 1];
+    length[m] = length[m + 1];
+    weight[m] = weight[m + 1];
+  }
+  num[i]--;
+}
+
+/* ---------------------------------------------------------------------- */
+
+bool PeridemRows::bonded(int i, tagint jtag) const
+{
+  if (num[i] <= 0) return false;
+  const auto row = ptag.begin() + start[i];
+  return std::binary_search(row, row + num[i], jtag);
+}
+
+/* ----------------------------------------------------------------------
+   the pool grows by doubling: give back what it does not need
+------------------------------------------------------------------------- */
+
+void PeridemRows::shrink_pool()
+{
+  ptag.shrink_to_fit();
+  length.shrink_to_fit();
+  weight.shrink_to_fit();
+  partner.shrink_to_fit();
+}
+
+/* ----------------------------------------------------------------------
+   nodes that came, left or were sorted, and broken bonds, leave the pool in disorder and with gaps
+------------------------------------------------------------------------- */
+
+int PeridemRows::order_pool(int nlocal)
+{
+  bigint total = 0;
+  int longest = 0;
+  bool in_order = true;
+  for (int i = 0; i < nlocal; i++) {
+    if (num[i] <= 0) start[i] = total;    // without a solid nodes have no families: num is -1
+    in_order = in_order && start[i] == total;
+    total += std::max(num[i], 0);
+    longest = std::max(longest, num[i]);
+  }
+  if (in_order && total == static_cast<bigint>(ptag.size())) return longest;
+
+  std::vector<tagint> new_ptag(total);
+  std::vector<double> new_length(total), new_weight(total);
+  bigint at = 0;
+  for (int i = 0; i < nlocal; i++) {
+    if (num[i] <= 0) continue;
+    std::copy_n(ptag.begin() + start[i], num[i], new_ptag.begin() + at);
+    std::copy_n(length.begin() + start[i], num[i], new_length.begin() + at);
+    std::copy_n(weight.begin() + start[i], num[i], new_weight.begin() + at);
+    start[i] = at;
+    at += num[i];
+  }
+  ptag.swap(new_ptag);
+  length.swap(new_length);
+  weight.swap(new_weight);
+  partner.resize(total);
+  return longest;
+}
+
+/* ---------------------------------------------------------------------- */
+
+double PeridemRows::pool_bytes(int nmax) const
+{
+  double bytes = static_cast<double>(nmax) *
+      (sizeof(bigint) + 2 * sizeof(int) + 3 * sizeof(double) + sizeof(tagint));
+  bytes += static_cast<double>(ptag.capacity()) * sizeof(tagint);
+  bytes += static_cast<double>(partner.capacity()) * sizeof(int);
+  bytes += static_cast<double>(length.capacity() + weight.capacity()) * sizeof(double);
+  return bytes;
+}
