@@ -15,7 +15,7 @@ RANKS ?= 2
 SHELL := /bin/bash
 .SHELLFLAGS := -euo pipefail -c
 .DEFAULT_GOAL := help
-.PHONY: help demo test quick verify bench pareto sanitize memcheck build system lint lock clean distclean FORCE
+.PHONY: help demo test quick verify bench pareto docs linkcheck sanitize memcheck build system lint lock clean distclean FORCE
 .NOTPARALLEL:
 
 python := $(VENV)/bin/python
@@ -60,6 +60,13 @@ bench: build ## what things cost on this machine: bench/results, doc/performance
 
 pareto: build ## error against cost, and what to choose: the same places
 	$(python) -m bench.pareto $(PARETO_ARGS)
+
+docs: build ## the manual: build/docs/html/index.html
+	$(python) -m sphinx -W --keep-going -q -b html doc $(BUILD)/docs/html
+	@echo "manual: $(BUILD)/docs/html/index.html"
+
+linkcheck: build ## look up the addresses that the manual names (needs a network)
+	$(python) -m sphinx -q -b linkcheck doc $(BUILD)/docs/linkcheck
 
 portable = -D PERIDEM_NATIVE=OFF -D LAMMPS_DIR=$(abspath $(tree)) \
   $(foreach package,PERI GRANULAR BPM MISC EXTRA-FIX EXTRA-COMPUTE EXTRA-PAIR EXTRA-DUMP OPENMP PLUGIN,-D PKG_$(package)=OFF)
@@ -108,7 +115,7 @@ lint: build ## check the Python files' style and types
 
 lock: ## write requirements.txt anew from python/pyproject.toml and requirements.in (needs uv)
 	uv pip compile --quiet --universal --python-version 3.10 --generate-hashes --no-build \
-	  --no-annotate --custom-compile-command 'make lock' --extra test \
+	  --no-annotate --custom-compile-command 'make lock' --extra test --extra docs \
 	  python/pyproject.toml requirements.in --output-file requirements.txt
 
 clean: ## remove what was built and made, but not what was fetched

@@ -21,9 +21,9 @@ from pathlib import Path
 import numpy as np
 from peridem import cloud, loads, render_2d, results, run, scene, shapes
 from peridem.material import Contact, Material
-from peridem.outline import Outline
 from peridem.render_style import style_of
 from peridem.run_many import run_many
+from peridem.shapes import Outline
 
 MM = 1e-3
 SPACING = 0.15 * MM  # of the nodes, in grains of all sizes

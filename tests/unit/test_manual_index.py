@@ -1,4 +1,4 @@
-"""The manual's index names every keyword with its page and its tests."""
+"""The manual's page of keywords names every keyword with its page and its tests."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ class Row:
 
 
 def rows() -> list[Row]:
-    text = (DOC / "index.rst").read_text().split("\nKeywords\n")[1].split(".. toctree::")[0]
+    text = (DOC / "keywords.rst").read_text()
     found = []
     for cells in re.findall(r"\* - (.*)\n\s+- (.*)\n\s+- (.*)\n", text)[1:]:
         words, page, tests = cells
@@ -71,14 +71,14 @@ def test_the_table_was_found():
 
 
 @pytest.mark.parametrize("source", [parsed_words, documented_words])
-def test_every_keyword_is_in_the_index(source):
+def test_every_keyword_is_on_the_page(source):
     listed = {word for row in ROWS for word in row.words}
     missing = source() - listed
     assert not missing
 
 
 def test_every_style_has_a_row():
-    pages = {path.stem for path in DOC.glob("*peridem*.rst")}
+    pages = {path.stem for path in DOC.glob("*_peridem*.rst") if not path.stem.startswith("howto")}
     assert {row.page for row in ROWS} == pages
 
 

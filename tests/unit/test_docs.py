@@ -1,0 +1,154 @@
+"""The manual builds without a warning, and what it promises is there."""
+
+from __future__ import annotations
+
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[2]
+DOC = ROOT / "doc"
+sys.path.insert(0, str(DOC))
+
+import howtos  # noqa: E402
+
+STYLES = sorted(path.stem for path in DOC.glob("*_peridem*.rst") if "howto" not in path.stem)
+HEADINGS = (
+    "Syntax",
+    "Examples",
+    "Description",
+    "Restrictions",
+    "Related commands",
+    "Default",
+)
+
+
+@pytest.fixture(scope="module")
+def html(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The manual, built as ``make docs`` does it: any warning is an error."""
+    folder = tmp_path_factory.mktemp("docs")
+    command = [sys.executable, "-m", "sphinx", "-W", "--keep-going", "-q", "-b", "html"]
+    command += ["-d", str(folder / "trees"), str(DOC), str(folder / "html")]
+    done = subprocess.run(command, text=True, capture_output=True)
+    assert done.returncode == 0, done.stdout[-3000:] + done.stderr[-6000:]
+    return folder / "html"
+
+
+def test_every_page_can_be_reached(html: Path) -> None:
+    """Sphinx warns of pages outside every toctree; here: from the start page, by its links."""
+    seen: set[Path] = set()
+    ahead = [html / "index.html"]
+    while ahead:
+        page = ahead.pop()
+        if page in seen:
+            continue
+        seen.add(page)
+        links = re.findall(r'href="([^"#:]+\.html)', page.read_text())
+        ahead += [(page.parent / link).resolve() for link in links]
+    made = {page.resolve() for page in html.rglob("*.html") if "_static" not in page.parts}
+    assert made - {page.resolve() for page in seen} == set()
+    assert len(made) > 50
+
+
+def test_formulas_are_in_the_pages_and_nothing_comes_from_elsewhere(html: Path) -> None:
+    """The manual is read where there is no network: no script, style or font of another host."""
+    text = (html / "theory.html").read_text()
+    assert text.count("<math") > 50
+    for page in html.rglob("*.html"):
+        outside = re.findall(
+            r'<(?:script|link|img)[^>]+(?:src|href)="https?://[^"]+', page.read_text()
+        )
+        assert outside == [], page
+
+
+def test_every_style_has_a_page_with_the_headings_of_lammps() -> None:
+    declared = set()
+    for path in (ROOT / "src" / "PERIDEM").glob("*.h"):
+        for kind, name in re.findall(
+            r"^(Atom|Pair|Fix|Compute)Style\(([\w/]+),", path.read_text(), re.MULTILINE
+        ):
+            if name == name.lower():  # upper case: made by other styles, not by users
+                declared.add(f"{kind.lower()}_{name}" if kind != "Atom" else f"atom_style_{name}")
+    assert {name.replace("/", "_") for name in declared} == set(STYLES)
+    for style in STYLES:
+        text = (DOC / f"{style}.rst").read_text()
+        for heading in HEADINGS:
+            assert re.search(rf'^{heading}\n"+$', text, re.MULTILINE), f"{style} lacks {heading}"
+
+
+@pytest.mark.parametrize("style", STYLES)
+def test_every_style_has_an_example_and_a_test(style: str) -> None:
+    """A scene in examples/ or in the scripts that the Python package writes, and a test."""
+    name = "atom_style" if style.startswith("atom") else style.split("_", 1)[1].replace("_", "/", 1)
+    used = [*(ROOT / "examples").rglob("in.*"), *(ROOT / "examples").rglob("*.py")]
+    used += [*(ROOT / "python" / "peridem").glob("*.py"), *DOC.glob("howto_*.rst")]
+    assert any(name in path.read_text() for path in used), f"no example of {name}"
+    tests = [*(ROOT / "tests").rglob("test_*.py")]
+    assert any(name in path.read_text() for path in tests), f"no test of {name}"
+
+
+def test_every_module_of_the_package_that_users_import_is_in_the_reference() -> None:
+    listed = set(re.findall(r":mod:`peridem\.(\w+)`", (DOC / "api.rst").read_text()))
+    assert listed == {path.stem for path in (DOC / "api").glob("*.rst")}
+    used = set()
+    for path in [*(ROOT / "examples").rglob("*.py"), *DOC.glob("*.rst")]:
+        text = path.read_text()
+        used |= set(re.findall(r"from peridem\.(\w+) import", text))
+        for names in re.findall(r"from peridem import ([\w, ]+)", text):
+            used |= {name.strip() for name in names.split(",")}
+    assert used - listed == set()
+
+
+def test_numbers_that_howtos_quote_are_those_of_their_pages() -> None:
+    """A comment ``.. quoted from PAGE`` has lines that must be on that page, word for word."""
+    quoted = 0
+    for path in DOC.glob("howto_*.rst"):
+        for name, lines in re.findall(
+            r"^\.\. quoted from (\S+)\n((?: {3}.*\n)+)", path.read_text(), re.MULTILINE
+        ):
+            page = " ".join((DOC / name).read_text().split())
+            for line in lines.splitlines():
+                assert " ".join(line.split()) in page, f"{path.name}: {name} has no more '{line}'"
+                quoted += 1
+    assert quoted > 20
+
+
+def test_commands_of_the_howtos_name_targets_and_files_that_exist() -> None:
+    targets = set(re.findall(r"^([a-z]+):", (ROOT / "Makefile").read_text(), re.MULTILINE))
+    for page in [*DOC.glob("*.rst"), DOC / "install.md"]:
+        text = page.read_text()
+        named = set(re.findall(r"``(?:\w+=\S+ )*make (\w+)``", text))
+        assert named <= targets, page.name
+        for file in re.findall(r"``((?:examples|tests|bench|doc|cmake|python)/[\w./-]+)``", text):
+            assert (ROOT / file).exists(), f"{page.name}: {file}"
+
+
+def test_blocks_are_found() -> None:
+    text = """A
+
+.. code-block:: bash
+
+   one
+   two
+
+.. code-block:: text
+   :caption: a.b
+
+   x
+
+B
+"""
+    found = howtos.blocks(text)
+    assert [(b.language, b.caption, b.text, b.line) for b in found] == [
+        ("bash", "", "one\ntwo\n", 3),
+        ("text", "a.b", "x\n", 8),
+    ]
+
+
+@pytest.mark.parametrize("page", howtos.pages())
+def test_every_howto_has_something_to_do(page: str) -> None:
+    if page != "howto_choices":  # numbers, no commands
+        assert len(howtos.blocks((DOC / f"{page}.rst").read_text())) >= 3
