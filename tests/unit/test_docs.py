@@ -37,6 +37,7 @@ def html(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder / "html"
 
 
+@pytest.mark.slow
 def test_every_page_can_be_reached(html: Path) -> None:
     """Sphinx warns of pages outside every toctree; here: from the start page, by its links."""
     seen: set[Path] = set()
@@ -53,6 +54,7 @@ def test_every_page_can_be_reached(html: Path) -> None:
     assert len(made) > 50
 
 
+@pytest.mark.slow
 def test_formulas_are_in_the_pages_and_nothing_comes_from_elsewhere(html: Path) -> None:
     """The manual is read where there is no network: no script, style or font of another host."""
     text = (html / "theory.html").read_text()
