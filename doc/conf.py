@@ -118,7 +118,10 @@ def included(page: Path, path: Path) -> str:
         return start + os.path.relpath(there, page.parent) + end
 
     text = re.sub(r"(\]\()([^)\s]+)(\))", turned, path.read_text())
-    return re.sub(r'(src=")([^"]+)(")', turned, text)
+    text = re.sub(r'(src=")([^"]+)(")', turned, text)
+    if path.parent.parent.name == "examples":  # below its title: where it is
+        text = text.replace("\n", f"\n\nIn the folder `examples/{path.parent.name}`:\n", 1)
+    return text
 
 
 def read_markdown(app: Sphinx, name: str, text: list[str]) -> None:

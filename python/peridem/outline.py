@@ -154,7 +154,7 @@ class Outline:
 
     @property
     def measure(self) -> float:
-        """The area: what a solid's volume is in space."""
+        """The area, which is in the plane what a volume is in space."""
         return self.area
 
     @property

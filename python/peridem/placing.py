@@ -69,7 +69,7 @@ class Container:
 
     @property
     def measure(self) -> float:
-        """Area or volume: of the shape, if there is one."""
+        """Area or volume, of the shape if there is one."""
         if self.inside is not None:
             return self.inside.measure
         return float(np.prod(self.high - self.low))

@@ -49,7 +49,7 @@ class Style:
 
     @property
     def is_name(self) -> bool:
-        """Whether the field holds names: then neighbours get different colours, without a scale."""
+        """Whether the field holds names; then neighbours get different colours, without a scale."""
         return self.field in NAMES
 
     def map(self) -> Any:

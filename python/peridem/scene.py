@@ -328,7 +328,7 @@ class Scene:
 
     @cached_property
     def contact_radius(self) -> float:
-        """The contact radius: as given, or 0.95 of the smallest spacing of boundary nodes."""
+        """The contact radius, as given or 0.95 of the smallest spacing of boundary nodes."""
         if self.contact.radius is not None:
             return self.contact.radius
         return 0.95 * min(surface_spacing(cloud) for cloud, _ in self._kinds())

@@ -289,7 +289,7 @@ class Solid:
 
     @property
     def measure(self) -> float:
-        """The volume: what an outline's area is in the plane."""
+        """The volume, which is in space what an area is in the plane."""
         return self.volume
 
     @property
