@@ -17,14 +17,14 @@ STYLES = {
 
 def measure(lmp: Path, folder: Path, machine: Machine, quick: bool) -> list[Row]:
     """One row for each engine and run style, on the same scene with the step that is stable."""
-    count, steps = (16, 100) if quick else (64, 2000)
+    count, steps = (16, 100) if quick else (64, 1000)
     data = scripts.packed_grains(count, folder)
     cases = {
         f"{engine}, {name}": scripts.compression(data, steps, engine, extra=style)
         for engine in ("general", "batched")
         for name, style in STYLES.items()
     }
-    runs = timing.in_turns(lmp, cases, folder / "levels", repeats=1 if quick else 5)
+    runs = timing.in_turns(lmp, cases, folder / "levels", repeats=1 if quick else 3)
     rows: list[Row] = []
     for name, timings in runs.items():
         one = timing.median(timings)

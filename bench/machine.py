@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import platform
 import subprocess
 from dataclasses import asdict, dataclass
@@ -16,13 +17,17 @@ class Machine:
     """The processor, the programs, and what one core can do at best.
 
     Attributes:
+        vectors: the widest that the processor has.
+        memory: GB.
         bandwidth: read and written by a triad of arrays larger than the caches, GB/s.
         root_and_division: ns for one square root and one division in a vectorised loop.
     """
 
     processor: str
     cores: int
+    vectors: str
     caches: str
+    memory: int
     compiler: str
     lammps: str
     commit: str
@@ -45,6 +50,12 @@ def _lscpu() -> dict[str, str]:
     return {key.strip(): value.strip() for key, value in pairs}
 
 
+def _vectors(flags: str) -> str:
+    """From what the kernel says that the processor has."""
+    names = {"avx512f": "AVX-512", "avx2": "AVX2", "sve": "SVE", "asimd": "NEON"}
+    return next((name for flag, name in names.items() if flag in flags.split()), "baseline")
+
+
 def _limits(folder: Path) -> tuple[float, float]:
     program = folder / "limits"
     source = str(HERE / "limits.cpp")
@@ -65,7 +76,9 @@ def describe(lmp: Path, folder: Path) -> Machine:
     return Machine(
         processor=cpu.get("Model name", platform.processor() or "unknown"),
         cores=int(cpu.get("CPU(s)", "1")),
+        vectors=_vectors(cpu.get("Flags", "")),
         caches=caches,
+        memory=round(os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES") / 1e9),
         compiler=_first_line("c++", "--version"),
         lammps=banner.split("-")[-1].strip(),
         commit=_first_line("git", "rev-parse", "--short", "HEAD"),

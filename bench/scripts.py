@@ -17,16 +17,27 @@ RADIUS, GAP = 1e-3, 2e-4  # of grains, and the spacing of their nodes
 GRAIN_HORIZON = 3.0 * GAP
 
 
-def block(style: str, side: int, steps: int, dimension: int = 3) -> str:
-    """A cubic (square) block of side^d nodes that vibrates, in ``peridem/*`` or ``peri/*``."""
+def block(
+    style: str, side: int, steps: int, dimension: int = 3, horizon: float = HORIZON / H
+) -> str:
+    """A cubic (square) block of side^d nodes that vibrates, in ``peridem/*`` or ``peri/*``.
+
+    Args:
+        style: of the pair.
+        side: nodes along an edge.
+        steps: of the run.
+        dimension: 2 or 3.
+        horizon: over the spacing of the nodes.
+    """
+    reach = horizon * H
     ours = style.startswith("peridem")
     depth = f"0 {side - 0.5}" if dimension == 3 else "-0.1 0.1"
     coefficients = {
-        "peridem/lps": f"bulk {BULK} shear {SHEAR} s0 0.1 horizon {HORIZON} influence inverse",
-        "peridem/pmb": f"bulk {BULK} s0 0.1 horizon {HORIZON} influence constant",
-        "peri/lps": f"{BULK} {SHEAR} {HORIZON} 0.1 0.0",
+        "peridem/lps": f"bulk {BULK} shear {SHEAR} s0 0.1 horizon {reach} influence inverse",
+        "peridem/pmb": f"bulk {BULK} s0 0.1 horizon {reach} influence constant",
+        "peri/lps": f"{BULK} {SHEAR} {reach} 0.1 0.0",
         # the micro-modulus of Silling and Askari 2005
-        "peri/pmb": f"{18 * BULK / (np.pi * HORIZON**4)} {HORIZON} 0.1 0.0",
+        "peri/pmb": f"{18 * BULK / (np.pi * reach**4)} {reach} 0.1 0.0",
     }[style.split()[0]]
     return f"""
 units si

@@ -14,7 +14,7 @@ def write(rows: Sequence[Row], path: Path) -> None:
     with path.open("w", newline="") as file:
         writer = csv.DictWriter(file, fieldnames=_head(rows))
         writer.writeheader()
-        writer.writerows({key: _shown(value) for key, value in row.items()} for row in rows)
+        writer.writerows({key: shown(value) for key, value in row.items()} for row in rows)
 
 
 def read(path: Path) -> list[dict[str, str]]:
@@ -28,7 +28,7 @@ def markdown(rows: Sequence[Row]) -> str:
     head = _head(rows)
     lines = ["| " + " | ".join(head) + " |", "| " + " | ".join("---" for _ in head) + " |"]
     lines += [
-        "| " + " | ".join(str(_shown(row.get(key, ""))) for key in head) + " |" for row in rows
+        "| " + " | ".join(str(shown(row.get(key, ""))) for key in head) + " |" for row in rows
     ]
     return "\n".join(lines)
 
@@ -38,5 +38,6 @@ def _head(rows: Sequence[Row]) -> list[str]:
     return list(dict.fromkeys(key for row in rows for key in row))
 
 
-def _shown(value: object) -> object:
+def shown(value: object) -> object:
+    """As it stands in a table: four digits of what is no whole number."""
     return f"{value:.4g}" if isinstance(value, float) else value

@@ -9,7 +9,8 @@ from bench import table
 from bench.table import Row
 
 GOALS = (0.10, 0.03, 0.01)
-ERROR, COST, FRONT = "error", "s", "front"
+KIND, ERROR, COST, FRONT = "quantity", "error", "s", "front"
+NOTE = "note"  # of rows that are no runs to choose from, but tell how far chance goes
 
 
 def mark(rows: Sequence[Row]) -> list[Row]:

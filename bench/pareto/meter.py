@@ -1,7 +1,7 @@
 """The cases of ``tests/verification`` with a meter: processor time of LAMMPS's steps.
 
 Left out are what Python does between LAMMPS's commands (meshing, files, conjugate gradients) and
-what LAMMPS does before the first step of a run, families included: ``run 0`` is timed beside it.
+what LAMMPS does before the first step of a run, families included: ``run 0`` does that first.
 """
 
 from __future__ import annotations
@@ -39,9 +39,8 @@ class Meter(Lab):
             elif "pre no" in line:
                 self.seconds += _seconds(command, line)
             else:
-                command(NO_STEP)  # families of a first run
-                before = _seconds(command, NO_STEP)
-                self.seconds += max(0.0, _seconds(command, line) - before)
+                command(NO_STEP)
+                self.seconds += _seconds(command, f"{line} pre no")
 
         whole = sim.lmp.commands_string
 

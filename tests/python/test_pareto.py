@@ -82,8 +82,8 @@ def test_small_sizes(lmp: Path, tmp_path: Path) -> None:
     usual = {
         int(row["nodes"]): float(row["error"])
         for row in rows["waves"]
-        if (row["m"], row["influence"], row["volume"], row["step, h/c"])
-        == ("2", "linear", "taper", "0.4")
+        if (row["m"], row["influence"], row["volume"], row["safety"])
+        == ("2", "linear", "taper", "0.8")
     }
     # second order would be (16/12)^2 = 1.8 times; less on nodes as coarse as these
     assert usual[16**3] < 0.75 * usual[12**3]

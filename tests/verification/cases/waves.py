@@ -311,10 +311,10 @@ def lattice_pulse(r: Array, time: float, solid: Solid, h: float) -> Array:
     return np.interp(r, s, slope) / r - np.interp(r, s, total) / r**2
 
 
-def pulse(lab: Lab, count: int, solid: Solid, courant: float | None = None) -> tuple[Array, Array]:
+def pulse(lab: Lab, count: int, solid: Solid, safety: float | None = None) -> tuple[Array, Array]:
     """Distance from the middle and radial displacement at the end, of all nodes.
 
-    ``courant``: time step over h/c; None: 0.4, and no fewer than 30 steps.
+    ``safety``: time step over the largest stable one; None: 0.4 h/c, and no fewer than 30 steps.
     """
     h = 1.0 / count
     x = lattice((count,) * 3, h)
@@ -323,9 +323,14 @@ def pulse(lab: Lab, count: int, solid: Solid, courant: float | None = None) -> t
     one = cloud(x, volume=h**3, density=CUBE["density"], margin=5 * h)
     one = Cloud(**{**vars(one), "x": x + outward * start_of_pulse(r)[:, None]})
     sim = lab.simulation().load(one, skin=0.5 * h)
-    steps = int(np.ceil(END / ((courant or 0.4) * h / CUBE_SPEED)))
-    steps = max(30, steps) if courant is None else steps
-    sim.commands(solid_script(solid) + f"timestep {number(END / steps)}\nrun {steps} post no")
+    sim.commands(solid_script(solid))
+    if safety is None:
+        steps = max(30, int(np.ceil(END / (0.4 * h / CUBE_SPEED))))
+    else:
+        find = f"fix step all peridem/timestep safety {safety} every 1000000"
+        sim.commands(f"{find}\nrun 0 post no\nunfix step")
+        steps = int(np.ceil(END / sim.thermo("dt")))
+    sim.commands(f"timestep {number(END / steps)}\nrun {steps} post no")
     u = np.einsum("na,na->n", sim.atoms("x") - x, outward)
     lab.close()
     return r, u
