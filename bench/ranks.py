@@ -37,12 +37,12 @@ SUMS = 0.2 + 1.0  # of all ranks per step: the time step's every ten steps, the 
 
 def measure(lmp: Path, folder: Path, machine: Machine, quick: bool) -> list[Row]:
     """Rows of runs and of the model."""
-    count, steps = (64, 100) if quick else (502, 500)
+    count, steps, repeats = (64, 20, 1) if quick else (502, 500, 3)
     clouds = scripts.two_shapes()
-    one = _run(lmp, count, steps, 1, folder, clouds)
-    two = _run(lmp, count, steps, 2, folder, clouds)
-    double = _run(lmp, 2 * count, steps, 2, folder, clouds)
-    four = _run(lmp, count, 50, 4, folder, clouds, repeats=1)
+    one = _run(lmp, count, steps, 1, folder, clouds, repeats)
+    two = _run(lmp, count, steps, 2, folder, clouds, repeats)
+    double = _run(lmp, 2 * count, steps, 2, folder, clouds, repeats)
+    four = _run(lmp, count, 1, 4, folder, clouds, 1)
     here = latency()
     rows = [
         _row(f"one rank, {count} grains", 1, one, one, here),
@@ -62,7 +62,7 @@ def _run(
     ranks: int,
     folder: Path,
     clouds: list[Cloud],
-    repeats: int = 3,
+    repeats: int,
 ) -> timing.Timing:
     data = scripts.packed_grains(count, folder, clouds)
     script = scripts.compression(data, steps)

@@ -26,7 +26,7 @@ DEFAULT = {
     SIZE: 13,
     "m": 3,
     "influence": "linear",
-    "spring over K": 10.0,
+    "spring": 10.0,
     "safety": 0.8,
     "tangential": "history",
 }
@@ -71,7 +71,7 @@ def _row(kind: str, one: Choice, lab: Meter, error: float) -> Row:
         SIZE: one.radius,
         "m": one.m,
         "influence": one.influence,
-        "spring over K": one.spring,
+        "spring": one.spring,
         "safety": one.safety,
         "tangential": one.tangential,
         front.COST: lab.seconds,
@@ -143,4 +143,4 @@ for ({", ".join(f"{e:g}" for e in ASKED)}) and what came out. Springs between no
 
 def plot(rows: list[Row], path: Path) -> None:
     """Error against cost, coloured by the spring."""
-    front.plot(rows, path, KIND, "spring over K")
+    front.plot(rows, path, KIND, "spring")

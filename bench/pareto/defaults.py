@@ -16,7 +16,7 @@ from bench.table import Row
 
 TITLE = "Which defaults, and why"
 # what settings are called where the tables of the parts have a short name
-WORDS = {"m": "horizon / spacing", "spring over K": "contact spring, form bulk"}
+WORDS = {"m": "horizon / spacing", "spring": "contact spring, form bulk"}
 
 
 @dataclass(frozen=True)
