@@ -109,9 +109,13 @@ $(BUILD)/configured: $(BUILD)/options | system
 	 cmake -S . -B $(BUILD) $(addprefix -D ,$(options))
 	@touch $@
 
-lint: build ## check the Python files' style and types
-	$(VENV)/bin/ruff check .
+lint: build ## check style, types, pages and lists of all files (FIX=1: put the format right)
+	$(VENV)/bin/ruff check $(if $(FIX),--fix) .
+	$(VENV)/bin/ruff format $(if $(FIX),,--check) .
+	$(VENV)/bin/clang-format $(if $(FIX),-i,--dry-run -Werror) src/PERIDEM/*.cpp src/PERIDEM/*.h bench/*.cpp
 	$(VENV)/bin/mypy --config-file python/pyproject.toml python/peridem
+	$(python) -m pytest -q tests/unit/test_order.py tests/unit/test_manual_index.py
+	$(python) doc/check_pages.py
 
 lock: ## write requirements.txt anew from python/pyproject.toml and requirements.in (needs uv)
 	uv pip compile --quiet --universal --python-version 3.10 --generate-hashes --no-build \

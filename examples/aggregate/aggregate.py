@@ -9,12 +9,11 @@ Everything goes to out/aggregate/ (another folder with --output).
 
 from __future__ import annotations
 
-import argparse
 import sys
 from pathlib import Path
 
 import numpy as np
-from peridem import cloud, packing, render, results, run, scene, shapes
+from peridem import cloud, packing, program, render, results, scene, shapes
 from peridem.material import Contact, Material
 
 MM = 1e-3
@@ -178,25 +177,10 @@ def plot(folder: Path, path: Path) -> None:
 
 def main(arguments: list[str] | None = None) -> int:
     """Make, run, measure and draw."""
-    about = (__doc__ or "").splitlines()[0]
-    options = argparse.ArgumentParser(description=about)
-    options.add_argument("--small", action="store_true", help="fewer, coarser grains: seconds")
-    options.add_argument("--output", type=Path, default=Path("out/aggregate"), help="folder")
-    options.add_argument("-np", "--ranks", type=int, default=2, help="MPI processes (2)")
-    options.add_argument("--lmp", type=Path, help="the lmp program")
-    options.add_argument("--no-run", action="store_true", help="only write the scene")
+    options = program.options(__doc__, "out/aggregate", small="fewer, coarser grains: seconds")
     chosen = options.parse_args(arguments)
     folder: Path = chosen.output
-
-    script = make_scene(chosen.small).write(folder)
-    if chosen.no_run:
-        print(f"{script} is ready; run it with: peridem run {folder} -np {chosen.ranks}")
-        return 0
-    try:
-        report = run.run(script, chosen.ranks, chosen.lmp)
-    except run.RunError as error:
-        print(error, file=sys.stderr)
-        return 1
+    [report] = program.run(make_scene(chosen.small).write(folder), chosen)
     print(table(measure(folder)))
     plot(folder, folder / "pressure.png")
     last = len(results.Dump(folder / scene.DUMP)) - 1

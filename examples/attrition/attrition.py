@@ -10,7 +10,6 @@ Everything goes to out/attrition/ (another folder with --output).
 
 from __future__ import annotations
 
-import argparse
 import json
 import math
 import sys
@@ -18,7 +17,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
-from peridem import cloud, packing, render, results, run, scene, shapes
+from peridem import cloud, packing, program, render, results, run, scene, shapes
 from peridem.material import Contact, Material
 from peridem.regions import Block, Combined, Cylinder, Rotation
 
@@ -214,34 +213,17 @@ def plot(folder: Path, size: Size, path: Path) -> None:
     figure.savefig(path)
 
 
-def main() -> int:
+def main(arguments: list[str] | None = None) -> int:
     """Make, run, measure and draw."""
-    about = (__doc__ or "").splitlines()[0]
-    options = argparse.ArgumentParser(description=about)
-    options.add_argument("--output", type=Path, default=Path("out/attrition"))
-    options.add_argument("--small", action="store_true", help="half a turn of 16 coarser grains")
+    options = program.options(__doc__, "out/attrition", small="half a turn of 16 coarser grains")
     options.add_argument("--turns", type=float, help="how many turns (3)")
-    options.add_argument("-np", "--ranks", type=int, default=2, help="MPI processes (2)")
-    options.add_argument("--lmp", type=Path, help="the lmp program")
-    options.add_argument("--no-run", action="store_true", help="only write the scene")
-    chosen = options.parse_args()
+    chosen = options.parse_args(arguments)
     folder: Path = chosen.output
     size = SMALL if chosen.small else FULL
     if chosen.turns is not None:
         size = replace(size, turns=chosen.turns)
 
-    script = make_scene(size).write(folder)
-    if chosen.no_run:
-        print(f"{script} is ready; run it with: peridem run {folder} -np {chosen.ranks}")
-        return 0
-    try:
-        report = run.run(script, chosen.ranks, chosen.lmp, quiet=chosen.small)
-    except run.RunError as error:
-        print(error, file=sys.stderr)
-        return 1
-    if report.stopped:
-        print(f"stopped at step {report.steps}; go on with: peridem run {folder} --resume")
-        return 130
+    program.run(make_scene(size).write(folder), chosen)
     last = len(results.Output(folder).dump) - 1
     shown = [0, round(0.22 * last), round(0.61 * last), last]
     render.grains_png(folder, folder / "grains.png", shown)

@@ -10,13 +10,12 @@ Everything goes to out/collisions/ (another folder with --output).
 
 from __future__ import annotations
 
-import argparse
 import sys
 from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
-from peridem import cloud, render, results, run, scene, shapes
+from peridem import cloud, program, render, results, scene, shapes
 from peridem.material import Contact, Material
 
 MM = 1e-3
@@ -166,28 +165,14 @@ def plot(folder: Path, every: list[Pair], columns: int, speed: float, path: Path
 
 def main(arguments: list[str] | None = None) -> int:
     """Make, run, measure and draw."""
-    about = (__doc__ or "").splitlines()[0]
-    options = argparse.ArgumentParser(description=about)
-    options.add_argument("--small", action="store_true", help="fewer, coarser, shorter: seconds")
+    options = program.options(__doc__, "out/collisions", small="fewer, coarser, shorter: seconds")
     options.add_argument("--speed", type=float, default=1.0, help="of the first grain, m/s (1)")
-    options.add_argument("--output", type=Path, default=Path("out/collisions"), help="folder")
-    options.add_argument("-np", "--ranks", type=int, default=2, help="MPI processes (2)")
-    options.add_argument("--lmp", type=Path, help="the lmp program")
-    options.add_argument("--no-run", action="store_true", help="only write the scene")
     chosen = options.parse_args(arguments)
     folder: Path = chosen.output
-
     restitutions = (0.5,) if chosen.small else (1.0, 0.9, 0.5)
     every, columns = pairs(restitutions), len(restitutions)
-    script = make_scene(every, columns, chosen.speed, chosen.small).write(folder)
-    if chosen.no_run:
-        print(f"{script} is ready; run it with: peridem run {folder} -np {chosen.ranks}")
-        return 0
-    try:
-        report = run.run(script, chosen.ranks, chosen.lmp)
-    except run.RunError as error:
-        print(error, file=sys.stderr)
-        return 1
+    made = make_scene(every, columns, chosen.speed, chosen.small)
+    [report] = program.run(made.write(folder), chosen)
     print(table(every, measure(folder, every, chosen.speed)))
     plot(folder, every, columns, chosen.speed, folder / "velocities.png")
     last = len(results.Dump(folder / scene.DUMP)) - 1

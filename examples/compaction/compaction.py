@@ -9,16 +9,14 @@ Everything goes to out/compaction/ (another folder with --output).
 
 from __future__ import annotations
 
-import argparse
 import json
 import sys
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from peridem import cloud, packing, render, results, run, scene, shapes
+from peridem import cloud, packing, program, render, results, run, scene, shapes
 from peridem.material import Contact, Material
-from peridem.run_many import run_many
 
 MM = 1e-3
 STRAIN = 0.4  # at the end: way of the lid over the height of the bed
@@ -203,30 +201,16 @@ def plot(folder: Path, size: Size, path: Path) -> None:
     figure.savefig(path)
 
 
-def main() -> int:
+def main(arguments: list[str] | None = None) -> int:
     """Make, run, measure and draw."""
-    about = (__doc__ or "").splitlines()[0]
-    options = argparse.ArgumentParser(description=about)
-    options.add_argument("--output", type=Path, default=Path("out/compaction"))
-    options.add_argument("--small", action="store_true", help="fewer and coarser grains")
-    options.add_argument("--lmp", type=Path, help="the lmp program")
-    options.add_argument("--no-run", action="store_true", help="only write the scenes")
-    chosen = options.parse_args()
+    options = program.options(
+        __doc__, "out/compaction", small="fewer and coarser grains", side_by_side=True
+    )
+    chosen = options.parse_args(arguments)
     folder: Path = chosen.output
     size = SMALL if chosen.small else FULL
 
-    scripts = [make_scene(size, case).write(folder / case) for case in CASES]
-    if chosen.no_run:
-        print(f"{scripts[0]} is ready; run it with: peridem run {scripts[0].parent}")
-        return 0
-    try:
-        reports = run_many(scripts, len(CASES), chosen.lmp)
-    except run.RunError as error:
-        print(error, file=sys.stderr)
-        return 1
-    if any(report.stopped for report in reports):
-        print("stopped")
-        return 130
+    program.run([make_scene(size, case).write(folder / case) for case in CASES], chosen)
     output = results.Output(folder / "breaking")
     shown = [frame_at(output, strain) for strain in SHOWN]
     render.grains_png(folder / "breaking", folder / "grains.png", shown)

@@ -10,12 +10,11 @@ Everything goes to out/demo/ (another folder with --output).
 
 from __future__ import annotations
 
-import argparse
 import sys
 from pathlib import Path
 
 import numpy as np
-from peridem import cloud, packing, render, results, run, scene, shapes
+from peridem import cloud, packing, program, render, results, scene, shapes
 from peridem.material import Contact, Material
 
 MM = 1e-3
@@ -63,28 +62,12 @@ def make_scene(speed: float) -> scene.Scene:
 
 def main() -> int:
     """Make, run and draw."""
-    about = (__doc__ or "").splitlines()[0]
-    options = argparse.ArgumentParser(description=about)
-    options.add_argument("--output", type=Path, default=Path("out/demo"), help="folder (out/demo)")
+    options = program.options(__doc__, "out/demo")
     options.add_argument("--speed", type=float, default=0.3, help="of the lid, m/s (0.3)")
-    options.add_argument("-np", "--ranks", type=int, default=2, help="MPI processes (2)")
-    options.add_argument("--lmp", type=Path, help="the lmp program")
-    options.add_argument("--no-run", action="store_true", help="only write the scene")
     chosen = options.parse_args()
     folder: Path = chosen.output
 
-    script = make_scene(chosen.speed).write(folder)
-    if chosen.no_run:
-        print(f"{script} is ready; run it with: peridem run {folder} -np {chosen.ranks}")
-        return 0
-    try:
-        report = run.run(script, chosen.ranks, chosen.lmp)
-    except run.RunError as error:
-        print(error, file=sys.stderr)
-        return 1
-    if report.stopped:
-        print(f"stopped at step {report.steps}; the state is in {folder / scene.RESTART}")
-        return 130
+    [report] = program.run(make_scene(chosen.speed).write(folder), chosen)
     last = len(results.Dump(folder / scene.DUMP)) - 1
     shown = [round(part * last) for part in SHOWN]
     render.grains_png(folder, folder / "grains.png", shown)

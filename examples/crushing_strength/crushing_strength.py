@@ -10,7 +10,6 @@ Everything goes to out/crushing_strength/ (another folder with --output).
 
 from __future__ import annotations
 
-import argparse
 import json
 import math
 import sys
@@ -19,10 +18,9 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from peridem import cloud, loads, render_2d, results, run, scene, shapes
+from peridem import cloud, loads, program, render_2d, results, scene, shapes
 from peridem.material import Contact, Material
 from peridem.render_style import style_of
-from peridem.run_many import run_many
 from peridem.shapes import Outline
 
 MM = 1e-3
@@ -263,32 +261,16 @@ def draw(chosen: list[Test], folder: Path, path: Path) -> None:
     figure.savefig(path)
 
 
-def main() -> int:
+def main(arguments: list[str] | None = None) -> int:
     """Make, run, measure and draw."""
-    about = (__doc__ or "").splitlines()[0]
-    options = argparse.ArgumentParser(description=about)
-    options.add_argument("--output", type=Path, default=Path("out/crushing_strength"))
-    options.add_argument("--small", action="store_true", help="one small grain of each series")
-    options.add_argument("-np", "--at-once", type=int, default=2, help="runs at a time (2)")
-    options.add_argument("--lmp", type=Path, help="the lmp program")
-    options.add_argument("--no-run", action="store_true", help="only write the scenes")
-    chosen = options.parse_args()
+    options = program.options(
+        __doc__, "out/crushing_strength", small="one small grain of each series", side_by_side=True
+    )
+    chosen = options.parse_args(arguments)
     folder: Path = chosen.output
 
-    every = list(tests(chosen.small))
-    for test in every:  # gmsh makes one mesh at a time
-        make_scene(test).write(folder / test.name)
-    if chosen.no_run:
-        print(f"{len(every)} scenes are ready in {folder}; run one: peridem run {folder}/NAME")
-        return 0
-    try:
-        reports = run_many([folder / test.name for test in every], chosen.at_once, chosen.lmp)
-    except run.RunError as error:
-        print(error, file=sys.stderr)
-        return 1
-    if any(report.stopped for report in reports):
-        print("stopped")
-        return 130
+    every = list(tests(chosen.small))  # gmsh makes one mesh at a time
+    program.run([make_scene(test).write(folder / test.name) for test in every], chosen)
     rows = [crushed(test, folder) for test in every]
     (folder / "strengths.json").write_text(json.dumps(rows, indent=1) + "\n")
     plot(rows, folder / "strength.png")

@@ -10,12 +10,11 @@ for each disc (another one with --output).
 
 from __future__ import annotations
 
-import argparse
 import sys
 from pathlib import Path
 
 import numpy as np
-from peridem import cloud, results, run, scene, shapes
+from peridem import cloud, program, results, scene, shapes
 from peridem.material import Contact, Interface, Material
 from scipy.spatial import cKDTree
 
@@ -180,34 +179,16 @@ def draw(folder: Path, parts: list[float], path: Path) -> None:
 
 def main(arguments: list[str] | None = None) -> int:
     """Make, run, measure and draw."""
-    about = (__doc__ or "").splitlines()[0]
-    options = argparse.ArgumentParser(description=about)
-    options.add_argument("--small", action="store_true", help="two coarse discs: seconds")
-    options.add_argument("--output", type=Path, default=Path("out/mosaic"), help="folder")
-    options.add_argument("-np", "--ranks", type=int, default=2, help="MPI processes (2)")
-    options.add_argument("--lmp", type=Path, help="the lmp program")
-    options.add_argument("--no-run", action="store_true", help="only write the scenes")
+    options = program.options(__doc__, "out/mosaic", small="two coarse discs: seconds")
     chosen = options.parse_args(arguments)
     folder: Path = chosen.output
-
     parts = [1.0, 0.05] if chosen.small else [1.0, 0.2, 0.05]
     spacing = RADIUS / (14.0 if chosen.small else 28.0)
-    rows = []
-    for part in parts:
-        script = make_scene(part, spacing).write(folder / f"{part:g}")
-        if chosen.no_run:
-            print(f"{script} is ready; run it with: peridem run {script} -np {chosen.ranks}")
-            continue
-        try:
-            run.run(script, chosen.ranks, chosen.lmp)
-        except run.RunError as error:
-            print(error, file=sys.stderr)
-            return 1
-        rows.append(measure(folder / f"{part:g}"))
-    if rows:
-        print(table(parts, rows))
-        draw(folder, parts, folder / "discs.png")
-        print(f"picture: {folder / 'discs.png'}")
+    scripts = [make_scene(part, spacing).write(folder / f"{part:g}") for part in parts]
+    program.run(scripts, chosen)
+    print(table(parts, [measure(folder / f"{part:g}") for part in parts]))
+    draw(folder, parts, folder / "discs.png")
+    print(f"picture: {folder / 'discs.png'}")
     return 0
 
 

@@ -9,14 +9,13 @@ Everything goes to out/precracked/, a folder for each disc (another one with --o
 
 from __future__ import annotations
 
-import argparse
 import math
 import sys
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from peridem import cloud, results, run, scene, shapes
+from peridem import cloud, program, results, scene, shapes
 from peridem.loads import Cut
 from peridem.material import Contact, Material
 
@@ -173,39 +172,21 @@ def draw(folder: Path, cracks: list[Crack], path: Path) -> None:
 
 def main(arguments: list[str] | None = None) -> int:
     """Make, run, measure and draw."""
-    about = (__doc__ or "").splitlines()[0]
-    options = argparse.ArgumentParser(description=about)
-    options.add_argument("--small", action="store_true", help="two coarse discs: seconds")
+    options = program.options(__doc__, "out/precracked", small="two coarse discs: seconds")
     options.add_argument(
         "--restitution", type=float, default=1.0, help="of discs and platens (1: see the README)"
     )
-    options.add_argument("--output", type=Path, default=Path("out/precracked"), help="folder")
-    options.add_argument("-np", "--ranks", type=int, default=2, help="MPI processes (2)")
-    options.add_argument("--lmp", type=Path, help="the lmp program")
-    options.add_argument("--no-run", action="store_true", help="only write the scenes")
     chosen = options.parse_args(arguments)
     folder: Path = chosen.output
-
     cracks = [Crack(0.0), Crack(0.5)]
     if not chosen.small:
         cracks[1:] = [Crack(0.3), Crack(0.5), Crack(0.5, 20.0), Crack(0.5, 45.0), Crack(0.5, 90.0)]
     spacing = RADIUS / (14.0 if chosen.small else 28.0)
-    rows = []
-    for crack in cracks:
-        script = make_scene(crack, spacing, chosen.restitution).write(folder / crack.name)
-        if chosen.no_run:
-            print(f"{script} is ready; run it with: peridem run {script} -np {chosen.ranks}")
-            continue
-        try:
-            run.run(script, chosen.ranks, chosen.lmp)
-        except run.RunError as error:
-            print(error, file=sys.stderr)
-            return 1
-        rows.append(measure(folder / crack.name, crack))
-    if rows:
-        print(table(cracks, rows))
-        draw(folder, cracks, folder / "discs.png")
-        print(f"picture: {folder / 'discs.png'}")
+    scenes = [make_scene(crack, spacing, chosen.restitution) for crack in cracks]
+    program.run([s.write(folder / c.name) for s, c in zip(scenes, cracks, strict=True)], chosen)
+    print(table(cracks, [measure(folder / crack.name, crack) for crack in cracks]))
+    draw(folder, cracks, folder / "discs.png")
+    print(f"picture: {folder / 'discs.png'}")
     return 0
 
 

@@ -9,7 +9,6 @@ Everything goes to out/silo/ (another folder with --output).
 
 from __future__ import annotations
 
-import argparse
 import json
 import math
 import sys
@@ -17,10 +16,9 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from peridem import cloud, packing, render, results, run, scene, shapes
+from peridem import cloud, packing, program, render, results, scene, shapes
 from peridem.material import Contact, Material
 from peridem.regions import Block
-from peridem.run_many import run_many
 
 MM = 1e-3
 GRAVITY = 10.0
@@ -226,32 +224,18 @@ def plot(folder: Path, size: Size, path: Path) -> None:
     figure.savefig(path)
 
 
-def main() -> int:
+def main(arguments: list[str] | None = None) -> int:
     """Make, run, measure and draw."""
-    about = (__doc__ or "").splitlines()[0]
-    options = argparse.ArgumentParser(description=about)
-    options.add_argument("--output", type=Path, default=Path("out/silo"))
-    options.add_argument("--small", action="store_true", help="one silo with fewer grains")
-    options.add_argument("-np", "--at-once", type=int, default=2, help="runs at a time (2)")
-    options.add_argument("--lmp", type=Path, help="the lmp program")
-    options.add_argument("--no-run", action="store_true", help="only write the scenes")
-    chosen = options.parse_args()
+    options = program.options(
+        __doc__, "out/silo", small="one silo with fewer grains", side_by_side=True
+    )
+    chosen = options.parse_args(arguments)
     folder: Path = chosen.output
     size = SMALL if chosen.small else FULL
 
     start = bed(size, chosen.lmp)
     scripts = [make_scene(start, size, o).write(folder / f"slot_{o:g}") for o in size.openings]
-    if chosen.no_run:
-        print(f"{scripts[0]} is ready; run it with: peridem run {scripts[0].parent}")
-        return 0
-    try:
-        reports = run_many(scripts, chosen.at_once, chosen.lmp)
-    except run.RunError as error:
-        print(error, file=sys.stderr)
-        return 1
-    if any(report.stopped for report in reports):
-        print("stopped")
-        return 130
+    program.run(scripts, chosen)
     middle = folder / f"slot_{size.openings[len(size.openings) // 2]:g}"
     last = len(results.Output(middle).dump) - 1
     render.grains_png(middle, folder / "grains.png", [0, last // 4, last // 2, last])

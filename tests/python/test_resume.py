@@ -79,10 +79,6 @@ def stop_when(condition, folder):
     return thread
 
 
-def log_has(folder, words):
-    return lambda: (folder / run.LOG).is_file() and words in (folder / run.LOG).read_text()
-
-
 def same(one, two, names=("x", "y", "vx", "vy")):
     return all((one[name] == two[name]).all() for name in names)
 

@@ -1,0 +1,85 @@
+"""What `make lint` checks: the style and the types of every file. CI comes by here."""
+
+from __future__ import annotations
+
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+import yaml
+
+ROOT = Path(__file__).resolve().parents[2]
+TOOLS = Path(sys.executable).parent
+
+
+def check(program: str, *arguments: str | Path) -> None:
+    path = TOOLS / program
+    if not path.is_file():
+        pytest.skip(f"{path} is not there: make build")
+    done = subprocess.run([path, *arguments], cwd=ROOT, text=True, capture_output=True)
+    assert done.returncode == 0, done.stdout[-5000:] + done.stderr[-5000:]
+
+
+def sources() -> list[Path]:
+    return [
+        path
+        for folder in ("src/PERIDEM", "bench")
+        for path in sorted((ROOT / folder).iterdir())
+        if path.suffix in (".cpp", ".h")
+    ]
+
+
+def test_python_has_no_lint():
+    check("ruff", "check", ".")
+
+
+def test_python_is_formatted():
+    check("ruff", "format", "--check", ".")
+
+
+def test_cpp_is_formatted():
+    assert len(sources()) > 80
+    check("clang-format", "--dry-run", "-Werror", *sources())
+
+
+@pytest.mark.slow
+def test_types():
+    check("mypy", "--config-file", "python/pyproject.toml", "python/peridem")
+
+
+def test_cpp_says_whose_it_is():
+    """The head of every source file, as in LAMMPS's own."""
+    for path in sources():
+        if path.parent.name != "PERIDEM":
+            continue
+        head = "\n".join(path.read_text().splitlines()[:12])
+        assert "GNU General Public License" in head, path
+
+
+def test_the_citation_names_the_software_and_its_paper():
+    """Fields that the Citation File Format 1.2.0 demands, and the numbers that must agree."""
+    cff = yaml.safe_load((ROOT / "CITATION.cff").read_text())
+    assert {"cff-version", "message", "title", "authors"} <= set(cff)
+    assert cff["cff-version"] == "1.2.0" and cff["type"] == "software"
+    project = (ROOT / "python" / "pyproject.toml").read_text()
+    assert f'version = "{cff["version"]}"' in project
+    assert f'license = "{cff["license"]}"' in project
+    for entry in [cff, *cff["references"]]:
+        assert entry["title"] and entry["type"] in ("software", "article")
+        for author in entry["authors"]:
+            assert set(author) in ({"name"}, {"family-names", "given-names"}), author
+    dois = {entry["doi"] for entry in cff["references"]}
+    assert "10.1016/j.jmps.2021.104376" in dois  # Jha, Desai, Bhattacharya, Lipton 2021
+    assert all(re.fullmatch(r"10\.\d{4}/\S+", doi) for doi in dois)
+
+
+def test_the_hooks_run_the_programs_of_make_lint():
+    hooks = yaml.safe_load((ROOT / ".pre-commit-config.yaml").read_text())["repos"]
+    assert {repo["repo"] for repo in hooks} == {"local"}  # nothing to fetch
+    entries = [hook["entry"] for hook in hooks[0]["hooks"]]
+    recipe = (ROOT / "Makefile").read_text().split("\nlint:")[1].split("\n\n")[0]
+    for program in ("ruff check", "ruff format", "mypy", "clang-format"):
+        assert any(f".venv/bin/{program}" in entry for entry in entries), program
+        assert program in recipe, program
