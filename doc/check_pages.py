@@ -46,7 +46,7 @@ pair_coeff * * peridem/contact restitution 0.7 friction 0.3
 # LAMMPS's own remark on scenes without contact
 HARMLESS = "No pairwise cutoff or binsize set"
 RUN = """
-timestep 5.0e-8
+timestep 1.0e-8
 thermo 10
 run 20
 """
@@ -96,20 +96,26 @@ def missing_messages() -> list[str]:
     return missing
 
 
+def tried(script: str, lmp: str) -> str:
+    """What is wrong when a script is run: nothing, or the script and what it printed."""
+    with tempfile.TemporaryDirectory() as folder:
+        (Path(folder) / "in").write_text(script)
+        command = [lmp, "-in", "in", "-nocite", "-log", "none"]
+        run = subprocess.run(command, cwd=folder, text=True, capture_output=True)
+    warnings = re.findall(rf"^WARNING: (?!{HARMLESS}).*", run.stdout, re.MULTILINE)
+    if run.returncode == 0 and not warnings:
+        return ""
+    return "\n".join([script, *warnings, run.stdout[-1500:], run.stderr[-500:]])
+
+
 def main() -> int:
     lmp = sys.argv[1] if len(sys.argv) > 1 else str(DOC.parent / "build" / "lmp")
     failed = 0
     for path in sorted(DOC.glob("*.rst")):
         done = [script for block in examples(path.read_text()) for script in scripts(block)]
-        for script in done:
-            with tempfile.TemporaryDirectory() as folder:
-                (Path(folder) / "in").write_text(script)
-                command = [lmp, "-in", "in", "-nocite", "-log", "none"]
-                run = subprocess.run(command, cwd=folder, text=True, capture_output=True)
-            warnings = re.findall(rf"^WARNING: (?!{HARMLESS})", run.stdout, re.MULTILINE)
-            if run.returncode or warnings:
-                failed += 1
-                print(f"{path.name}:\n{script}\n{run.stdout[-1500:]}{run.stderr[-500:]}")
+        for wrong in filter(None, (tried(script, lmp) for script in done)):
+            failed += 1
+            print(f"{path.name}:\n{wrong}")
         if done:
             print(f"{path.name}: {len(done)} tried")
     missing = missing_messages()

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import re
 import subprocess
 import sys
@@ -13,7 +14,10 @@ ROOT = Path(__file__).resolve().parents[2]
 DOC = ROOT / "doc"
 sys.path.insert(0, str(DOC))
 
+import check_pages  # noqa: E402
 import howtos  # noqa: E402
+
+LMP = Path(os.environ.get("LAMMPS_LMP", ROOT / "build" / "lmp")).resolve()
 
 STYLES = sorted(path.stem for path in DOC.glob("*_peridem*.rst") if "howto" not in path.stem)
 HEADINGS = (
@@ -90,6 +94,21 @@ def test_every_style_has_an_example_and_a_test(style: str) -> None:
     assert any(name in path.read_text() for path in used), f"no example of {name}"
     tests = [*(ROOT / "tests").rglob("test_*.py")]
     assert any(name in path.read_text() for path in tests), f"no test of {name}"
+
+
+@pytest.mark.parametrize("style", STYLES)
+def test_the_examples_of_a_page_run_without_a_warning(style: str) -> None:
+    if not LMP.is_file():
+        pytest.skip(f"{LMP} is not there: make build")
+    blocks = check_pages.examples((DOC / f"{style}.rst").read_text())
+    assert blocks
+    for script in (script for block in blocks for script in check_pages.scripts(block)):
+        assert check_pages.tried(script, str(LMP)) == ""
+
+
+def test_every_error_and_warning_is_explained() -> None:
+    assert len(check_pages.messages()) > 150
+    assert check_pages.missing_messages() == []
 
 
 def test_every_module_of_the_package_that_users_import_is_in_the_reference() -> None:
