@@ -104,17 +104,29 @@ def formula(self: SphinxTranslator, node: nodes.math_block) -> None:
 
 # ---- pages in plain Markdown ---------------------------------------------------------------------
 
+INCLUDE = r"(?m)^```\{include\} (\S+)\n```$"
+
+
+def pages_of_files() -> dict[Path, Path]:
+    """Files from elsewhere in the repository, and the pages that include them."""
+    found = {}
+    for page in HERE.rglob("*.md"):
+        for name in re.findall(INCLUDE, page.read_text()):
+            found[(page.parent / name).resolve()] = page
+    return found
+
 
 def included(page: Path, path: Path) -> str:
     """A file from elsewhere in the repository, its links turned so that they hold on the page."""
+    pages = pages_of_files()
 
     def turned(link: re.Match[str]) -> str:
         start, target, end = link.groups()
         if "://" in target or target.startswith("#"):
             return link[0]
         there = (path.parent / target).resolve()
-        if there.is_dir():  # a folder of an example: its page
-            there = HERE / there.relative_to(HERE.parent).with_suffix(".md")
+        readme = there / "README.md" if there.is_dir() else there
+        there = pages.get(readme, there)
         return start + os.path.relpath(there, page.parent) + end
 
     text = re.sub(r"(\]\()([^)\s]+)(\))", turned, path.read_text())
@@ -135,7 +147,7 @@ def read_markdown(app: Sphinx, name: str, text: list[str]) -> None:
         app.env.note_dependency(str(path))
         return included(page, path)
 
-    text[0] = re.sub(r"(?m)^```\{include\} (\S+)\n```$", put, text[0])
+    text[0] = re.sub(INCLUDE, put, text[0])
     text[0] = re.sub(r'(?m)^(#+ .*)\n<a id="([\w-]+)"></a>$', r"(\2)=\n\1", text[0])
 
 
