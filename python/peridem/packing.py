@@ -162,6 +162,12 @@ def table(
     Columns: kind (from 0), x, y, scale, angle in radians; in space kind, x, y, z, scale and the
     three components of a rotation vector.
 
+    Args:
+        outlines: the shapes that the first column counts.
+        rows: (n, 5), in space (n, 8), or the path of a file.
+        padding: smallest distance between grains, and to the box.
+        box: where they must lie; None: anywhere.
+
     Raises:
         ValueError: a wrong number of columns, or grains that are too close (:meth:`Packing.check`).
     """
@@ -385,6 +391,14 @@ def layered(
 
     Grains keep within their layer.
 
+    Args:
+        outlines: the shapes that layers count.
+        layers: from the bottom up.
+        box: where they go.
+        padding: smallest distance between grains, and to the box.
+        seed: the same one gives the same packing.
+        attempts: random places that are tried for each grain.
+
     Raises:
         ValueError: the layers are higher than the box, or the grains of one do not fit; it says
             which (from 1).
@@ -508,7 +522,21 @@ def settled(
 ) -> Packing:
     """The packing after its grains have fallen and come to rest, as rigid bodies in LAMMPS.
 
-    See :func:`peridem.settle.settled`.
+    It needs ``lmp`` with the RIGID package.
+
+    Args:
+        packing: grains in a box with a floor and a top, apart from each other.
+        padding: smallest distance between grains, and to the box, at the end.
+        spacing: of the nodes that stand for the grains while they fall; None: the padding, at most
+            a third of the smallest grain's radius.
+        friction: Coulomb's coefficient; more makes looser heaps.
+        lmp: the program (see :func:`peridem.run.find_lmp`).
+        ranks: MPI processes.
+
+    Raises:
+        ValueError: the packing has no such box, or friction is below 0.
+        RuntimeError: grains are nearer than the padding at the end, or have not come to rest.
+        RunError: LAMMPS failed, or is not there.
     """
     from peridem import settle
 

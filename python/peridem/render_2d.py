@@ -140,7 +140,14 @@ def strongest(output: Output, frames: Sequence[int]) -> float:
 
 
 def draw_chains(axes: Axes, output: Output, i: int, largest: float) -> None:
-    """Draw the network of contact forces, the width of its lines in proportion to the force."""
+    """Draw the network of contact forces, the width of its lines in proportion to the force.
+
+    Args:
+        axes: where.
+        output: of the run.
+        i: number of the frame.
+        largest: force of the widest line; 0: forces are widths as they are.
+    """
     from matplotlib.collections import LineCollection
 
     lines, force = chain_segments(output, i)

@@ -86,6 +86,13 @@ def style_of(
 
     Damage goes from 0 to 0.6 unless told otherwise; a field with values on both sides of 0 is
     centred there.
+
+    Args:
+        output: of the run.
+        frames: numbers of those that are drawn.
+        field: one of :meth:`peridem.results.Output.fields`.
+        low, high: ends of the scale; None: found.
+        colours: name of a colour map of matplotlib; empty: one that suits the field.
     """
     if field == "damage" and field not in output.attributes:
         field = "grain"  # a run without damage in its dump
