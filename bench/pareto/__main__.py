@@ -15,7 +15,7 @@ import os
 import sys
 
 from bench import adapt, command
-from bench.pareto import compression, contact, hole, waves
+from bench.pareto import compression, contact, cracks, hole, waves
 
 # the longest first: two are measured at a time
 PARTS = {
@@ -23,6 +23,7 @@ PARTS = {
     "contact": contact,
     "waves": waves,
     "hole": hole,
+    "cracks": cracks,
     "adapt": adapt,
 }
 

@@ -36,6 +36,7 @@ def choices(quick: bool) -> list[Choice]:
     sizes = [(0.28, 2), (0.28, 3), (0.2, 2), (0.2, 4), (0.14, 2), (0.14, 3), (0.14, 4)]
     found = [one, *(replace(one, h=h, m=m) for h, m in sizes)]
     changes: list[dict[str, object]] = [
+        {"m": 2.5},
         {"influence": "constant"},
         {"influence": "inverse"},
         {"volume": "full"},

@@ -37,7 +37,7 @@ class Choice:
     """Nodes along a radius, horizon over spacing, influence, spring over K, time step's safety."""
 
     radius: int
-    m: int = 3
+    m: float = 3
     influence: str = "linear"
     spring: float = 10.0
     safety: float = 0.8
@@ -54,12 +54,13 @@ class Choice:
 
 
 def choices(quick: bool) -> list[Choice]:
-    """All resolutions with all springs; the rest at two of them."""
+    """All resolutions with all springs, and with the shortest horizon; the rest at two of them."""
     radii = RADII[:2] if quick else RADII
     springs = (1.0, 10.0) if quick else (1.0, 3.0, 10.0, 30.0)
     all_of = [Choice(radius, spring=spring) for radius in radii for spring in springs]
+    all_of += [Choice(radius, 2, spring=spring) for radius in radii for spring in springs[-3:-1]]
     for one in () if quick else (Choice(9), Choice(13)):
-        all_of += [replace(one, m=2), replace(one, m=4), replace(one, influence="constant")]
+        all_of += [replace(one, m=2.5), replace(one, m=4), replace(one, influence="constant")]
         all_of += [replace(one, safety=safety) for safety in (0.4, 0.95)]
         all_of += [replace(one, tangential="regularised")]
     return all_of

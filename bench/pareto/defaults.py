@@ -66,7 +66,7 @@ def text(of: Sequence[Case]) -> str:
     if not of:
         return ""
     values = {case.name: _by_choice(case) for case in of}
-    choices = list(dict.fromkeys(choice for mine in values.values() for choice in mine))
+    choices = sorted({choice for mine in values.values() for choice in mine}, key=_order)
     defaults = {
         key: value for case in of for key, value in worth.without(case.default, case.size).items()
     }
@@ -98,6 +98,15 @@ run; factors between {1 / CLEAR:g} and {CLEAR:g} are no clear difference.
 How far from the front runs with all defaults are:
 
 {table.markdown([_distance(case) for case in of])}"""
+
+
+def _order(choice: tuple[str, str]) -> tuple[str, float, str]:
+    """By the setting, then by numbers, then by names."""
+    setting, value = choice
+    try:
+        return setting, float(value), ""
+    except ValueError:
+        return setting, 0.0, value
 
 
 def _by_choice(case: Case) -> dict[tuple[str, str], Worth]:

@@ -4,9 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from bench import table
 from bench.table import Row
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
 
 GOALS = (0.10, 0.03, 0.01)
 KIND, ERROR, COST, FRONT = "quantity", "error", "s", "front"
@@ -104,26 +108,50 @@ def plot(rows: Sequence[Row], path: Path, kind: str, colour: str) -> None:
     import matplotlib.pyplot as plt
 
     kinds = list(dict.fromkeys(str(row[kind]) for row in rows))
-    names = list(dict.fromkeys(str(row[colour]) for row in rows))
     width = 5.2 * len(kinds)
     figure, axes = plt.subplots(1, len(kinds), figsize=(width, 4.2), layout="constrained")
     for ax, one in zip([axes] if len(kinds) == 1 else axes, kinds, strict=True):
-        mine = [row for row in rows if row[kind] == one]
-        front = [row for row in mine if row[FRONT]]
-        for k, name in enumerate(names):
-            points = [row for row in mine if str(row[colour]) == name]
-            if points:
-                x, y = [_cost(row) for row in points], [_error(row) for row in points]
-                ax.loglog(x, y, "os^Dv*"[k % 6], color=f"C{k}", label=f"{colour} {name}")
-        ax.loglog([_cost(row) for row in front], [_error(row) for row in front], "k-", lw=0.8)
-        low = min(_error(row) for row in mine)
-        for goal in GOALS:
-            if low < 2 * goal:
-                ax.axhline(goal, color="0.7", lw=0.7)
-        ax.set(xlabel="processor time, s", ylabel=f"error of {one}")
-        ax.legend(fontsize="small")
+        _panel(ax, [row for row in rows if row[kind] == one], colour)
+        ax.set(xlabel="processor time, s", ylabel="error, %", title=one)
     figure.savefig(path, dpi=130)
     plt.close(figure)
+
+
+def _panel(ax: Axes, rows: Sequence[Row], colour: str) -> None:
+    """Runs by cost and error, the front as a stair: nothing that was run lies below it."""
+    from matplotlib.ticker import FuncFormatter
+
+    for k, name in enumerate(sorted({str(row[colour]) for row in rows}, key=_as_number)):
+        points = [row for row in rows if str(row[colour]) == name]
+        x, y = [_cost(row) for row in points], [100 * _error(row) for row in points]
+        marker = "os^Dv*"[k % 6]
+        ax.loglog(x, y, marker, color=f"C{k}", ms=5, label=f"{colour} {name}", zorder=3)
+    best = [row for row in rows if row[FRONT]]
+    ends = [*best, {**best[-1], COST: max(_cost(row) for row in rows)}]
+    x, y = [_cost(row) for row in ends], [100 * _error(row) for row in ends]
+    ax.step(x, y, "k-", where="post", lw=0.9, label="front")
+    errors = [_error(row) for row in rows]
+    for goal in GOALS:
+        if min(errors) < 2 * goal and goal < max(errors):
+            ax.axhline(100 * goal, color="0.75", lw=0.7, ls=":")
+    for axis in (ax.xaxis, ax.yaxis):
+        axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+        axis.set_minor_formatter(FuncFormatter(_minor))
+    ax.tick_params(which="minor", labelsize="small")
+    ax.legend(fontsize="small")
+
+
+def _minor(value: float, _: int | None) -> str:
+    """2, 3 and 5 between powers of ten, nothing at the other marks."""
+    words = f"{value:g}"
+    return words if words.strip("0.") in ("2", "3", "5") else ""
+
+
+def _as_number(name: str) -> tuple[float, str]:
+    try:
+        return float(name), ""
+    except ValueError:
+        return float("inf"), name
 
 
 def _settings(row: Row) -> Row:

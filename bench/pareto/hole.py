@@ -27,7 +27,7 @@ class Choice:
     """Nodes along the hole's radius, horizon over spacing, influence, volumes, where nodes lie."""
 
     size: int
-    m: int = 3
+    m: float = 3
     influence: str = "linear"
     volume: str = "taper"
     nodes: str = "gmsh"
@@ -45,7 +45,7 @@ def choices(quick: bool) -> list[Choice]:
     ]
     for one in sizes[-1:] if quick else (6, 9, 13):
         all_of += [Choice(one, influence=name) for name in ("inverse", "gaussian")]
-        all_of += [Choice(one, volume="full")]
+        all_of += [Choice(one, volume="full"), Choice(one, 2.5)]
     return all_of
 
 

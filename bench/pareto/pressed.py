@@ -37,7 +37,7 @@ class Choice:
     """
 
     h: float = 0.2
-    m: int = 3
+    m: float = 3
     influence: str = "linear"
     volume: str = "taper"
     spring: float = 10.0

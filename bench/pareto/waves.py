@@ -27,7 +27,7 @@ class Choice:
     """Nodes along the cube, horizon over spacing, influence, volumes, step over the stable one."""
 
     count: int
-    m: int = 3
+    m: float = 3
     influence: str = "linear"
     volume: str = "taper"
     safety: float = 0.8
@@ -45,7 +45,7 @@ def choices(quick: bool) -> list[Choice]:
     ]
     for one in counts[-1:] if quick else (28, 40):
         all_of += [Choice(one, influence=name) for name in ("inverse", "gaussian")]
-        all_of += [Choice(one, volume="full")]
+        all_of += [Choice(one, volume="full"), Choice(one, 2.5)]
         all_of += [Choice(one, safety=safety) for safety in (0.4, 0.95)]
     return all_of
 

@@ -65,7 +65,11 @@ def test_memory_is_that_of_lammps_alone(measured: Path) -> None:
     """A block has 105 directed bonds per node here; each is a few numbers."""
     for row in _rows(measured, "memory"):
         # an index at least; peri/lps takes some 40 bytes, lists and what families grew from 200
-        assert 4 < float(row["bytes per directed bond, all in"]) < 200, row
+        assert 4 < float(row["for each directed bond"]) < 200, row
+        all_in = float(row["of them for the node itself"])
+        all_in += float(row["directed bonds per node"]) * float(row["for each directed bond"])
+        # a line through two points: both lie on it, but for the four digits of the file
+        assert float(row["bytes per node, all in"]) == pytest.approx(all_in, rel=0.01)
 
 
 @pytest.mark.slow
