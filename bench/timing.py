@@ -58,8 +58,15 @@ class Timing:
         return float(found[1])
 
 
-def run(lmp: Path, script: str, folder: Path, ranks: int = 1) -> Timing:
+def run(lmp: Path, script: str, folder: Path, ranks: int = 1, loop: int = -1) -> Timing:
     """Run a script.
+
+    Args:
+        lmp: the program.
+        script: its input.
+        folder: where it runs.
+        ranks: of MPI.
+        loop: which ``run`` of the script is timed; those after it need ``post no``.
 
     Raises:
         RuntimeError: LAMMPS failed; the message is LAMMPS's.
@@ -86,12 +93,12 @@ def run(lmp: Path, script: str, folder: Path, ranks: int = 1) -> Timing:
         last = [line for line in log.splitlines() if line.startswith("ERROR")] or [log[-400:]]
         raise RuntimeError(f"{folder / 'in.bench'}: {last[0]}")
     memory, processor = (folder / "usage").read_text().split()
-    return _parsed(log, ranks, int(memory), float(processor))
+    return _parsed(log, ranks, int(memory), float(processor), loop)
 
 
-def _parsed(log: str, ranks: int, memory: int, processor: float) -> Timing:
+def _parsed(log: str, ranks: int, memory: int, processor: float, loop: int) -> Timing:
     loops = re.findall(r"Loop time of (\S+) on \d+ procs for (\d+) steps with (\d+) atoms", log)
-    wall, steps, nodes = float(loops[-1][0]), int(loops[-1][1]), int(loops[-1][2])
+    wall, steps, nodes = float(loops[loop][0]), int(loops[loop][1]), int(loops[loop][2])
     share = 1.0
     if ranks == 1:
         share = float(re.findall(r"([\d.]+)% CPU use", log)[-1]) / 100.0

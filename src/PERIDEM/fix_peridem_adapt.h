@@ -19,18 +19,20 @@ FixStyle(peridem/adapt,FixPeridemAdapt);
 #define LMP_FIX_PERIDEM_ADAPT_H
 
 #include "fix_nve.h"
-#include "peridem_adapt_grain.h"
+#include "peridem_adapt_inertia.h"
+#include "peridem_adapt_options.h"
+#include "peridem_adapt_switch.h"
+#include "peridem_adapt_table.h"
+#include "peridem_rigid_nodes.h"
 
 #include <vector>
 
 namespace LAMMPS_NS {
 
 class FixPeridemBonds;
-class PairPeridem;
 
 // Time integration of grains that are rigid until the forces on them could stretch their bonds, and
-// deform from then on.  All ranks hold the table of the grains and see the same sums, so they decide
-// alike.
+// deform from then on.
 
 class FixPeridemAdapt : public FixNVE {
  public:
@@ -60,82 +62,42 @@ class FixPeridemAdapt : public FixNVE {
   void restart(char *) override;
 
   // is the node part of a rigid grain? i may be a ghost
-  bool rigid(int i) const;
+  bool rigid(int i) const { return table.rigid(i); }
 
-  // for the time step: is there a grain whose bonds are computed? The lightest that a contact can
-  // push of a type: a node, or a rigid grain as it is felt at its farthest node; and that of a node
+  // for the time step; see PeridemAdaptInertia
   bool any_deformable() const;
-  // contacts and walls: a spring that pushes node i at this step
-  void note_spring(int i, double k)
-  {
-    if (rigid(i)) springs[atom_molecule(i)] += k;
-  }
-  // bound from the springs that push rigid grains; collective
-  double largest_frequency_sq() const;
-  double lightest(int itype) const { return lightest_of.at(itype); }
+  bool moves_alone(int i) const { return inertia.moves_alone(i); }
+  void note_spring(int i, double k) { inertia.note_spring(i, k); }
+  double largest_frequency_sq() const { return inertia.largest_frequency_sq(); }
+  double lightest(int itype) const { return inertia.lightest(itype); }
 
   // for the energy ledger: what switches and relaxation have taken so far, and strain energy that
   // rigid grains hold; the same on all ranks
-  double energy_taken() const { return taken; }
-  double energy_held() const;
+  double energy_taken() const { return switches.taken; }
+  double energy_held() const { return switches.energy_held(); }
 
  private:
   using Grain = PeridemAdaptGrain;
 
-  double eta{0.3}, back{0.5}, stretch{0.0}, relax{2.0}, sleep{0.0};
-  int every{50}, hold{4};
-  bool start_rigid{true};
+  PeridemAdaptOptions options;
+  PeridemAdaptTable table;
+  PeridemRigidNodes nodes;
+  PeridemAdaptSwitch switches;
+  PeridemAdaptInertia inertia;
 
-  std::vector<Grain> grains;    // by molecule-ID
   bool started{false};
   bigint natoms_seen{-1};
-  double **offset{nullptr};    // of nodes of rigid grains, in the body's axes
-  double *state{nullptr};      // of nodes, for output
+  double *state{nullptr};    // of nodes, for output
   bool states_stale{true}, step_stale{false};
-  std::vector<double> lightest_of;    // by type
-  std::vector<double> springs;        // by molecule-ID, of this step on this rank
-  bool others_deform{false};          // is there a bonded node outside the group?
-  double taken{0.0};
-  bigint wakes{0}, freezes{0};
+  bool others_deform{false};    // is there a bonded node outside the group?
+  std::vector<int> single;      // nodes that move one by one
   FixPeridemBonds *bonds{nullptr};
-  std::vector<PairPeridem *> solids;
 
-  // of this step: the rigid grains, where each of them is in that list, sums over its nodes
-  static constexpr int NSUMS = 16;    // force, torque, moment, sizes of forces
-  std::vector<tagint> rigid_grains;
-  std::vector<int> slot;
-  std::vector<double> sums, highest;
-
-  void parse(int, char **);
-  void check_whole();
-  void measure();
-  void set_limits(Grain &) const;
-  void locate(const double *, int, double *) const;
-  Grain *grain_of(int i);
-  std::vector<tagint> listed(int state) const;
-  std::vector<PeridemMoments> moments(const std::vector<tagint> &);
-  void freeze(const std::vector<tagint> &);
-  void follow_user();
-  void wake(tagint);
-  void fall_asleep(tagint);
+  void check_others() const;
+  void take_stock();
+  void sort_nodes();
   void tell_others();
-  double felt_mass(int i) const;
-  tagint atom_molecule(int i) const;
-  void find_lightest();
-  void find_reach(const std::vector<tagint> &);
-
-  void move_deformable(bool drift);
-  void place();
-  void set_velocities();
-  void set_velocity(int i, const PeridemRigidBody &, const double *r);
-  void sum_forces();
-  void add_force(int i, const PeridemRigidBody &, double *sum, double &node) const;
-  bool consider_loads();
-  bool rest(std::size_t);
-  void relax_vibration();
-  bool look_for_quiet();
-  void strain_energies(const std::vector<tagint> &, std::vector<double> &) const;
-  double row_stretch(int i) const;
+  void move_single(bool drift);
 };
 
 }    // namespace LAMMPS_NS

@@ -868,7 +868,7 @@ double PairPeridemContact::largest_frequency_sq() const
     sum[j] += k;
   });
   for (int i = 0; i < atom->nlocal; i++)
-    if (!adapt || !adapt->rigid(i)) largest = MAX(largest, 2.0 * sum[i] / atom->rmass[i]);
+    if (!adapt || adapt->moves_alone(i)) largest = MAX(largest, 2.0 * sum[i] / atom->rmass[i]);
   MPI_Allreduce(MPI_IN_PLACE, &largest, 1, MPI_DOUBLE, MPI_MAX, world);
   return largest;
 }
@@ -885,11 +885,10 @@ double PairPeridemContact::largest_dashpot_ratio() const
     for (int j = 1; j <= ntypes; j++) {
       const auto &law = laws[index(i, j)];
       if (law.radius == 0.0 || extremes.largest[i] == 0.0 || extremes.largest[j] == 0.0) continue;
-      const double mi = lightest(i), mj = lightest(j);
+      const double reduced = 1.0 / (1.0 / lightest(i) + 1.0 / lightest(j));
       const double k = law.spring(extremes.smallest[i], extremes.smallest[j]);
       if (!(k > 0.0)) continue;    // volumes so small that there is no spring
-      largest = MAX(largest,
-                    std::sqrt(most) * law.dashpot() / (2.0 * std::sqrt(k * mi * mj / (mi + mj))));
+      largest = MAX(largest, std::sqrt(most) * law.dashpot() / (2.0 * std::sqrt(k * reduced)));
     }
   return largest;
 }

@@ -29,14 +29,17 @@ struct PeridemLoad {
   double moment[9];    // sum f (x) r over the nodes of the grain
   double node;         // largest |f'| / h^(d-1)
 
-  void clear();
-  void add(const double *force, const double *r);
-
   // largest principal value of the symmetric part of moment / volume, in size
   double average_stress(double volume) const;
+  // no less than that, and cheap
+  double stress_at_most(double volume) const;
   double stretch(double volume, double young, double factor) const
   {
     return factor * (average_stress(volume) + node) / young;
+  }
+  double stretch_at_most(double volume, double young, double factor) const
+  {
+    return factor * (stress_at_most(volume) + node) / young;
   }
 };
 

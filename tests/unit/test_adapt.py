@@ -278,7 +278,7 @@ def test_rigid_grains_take_longer_steps_until_one_wakes(simulation):
         ("hold 0", "hold 0: must be >= 1"),
         ("start stiff", "start stiff: must be rigid or deformable"),
         ("eta 1 stretch 0.1", "eta and stretch: give one of them"),
-        ("stretch 0", "stretch: must be > 0"),
+        ("stretch 0", "stretch 0: must be > 0"),
     ],
 )
 def test_bad_keywords(words, message, simulation):
