@@ -20,21 +20,31 @@ Mask = NDArray[np.bool_]
 
 @dataclass(frozen=True)
 class Rotation:
-    """A rotation about a fixed axis, from time 0 on.
+    """A rotation about a fixed axis.
 
     Attributes:
         rate: radians per time; counter-clockwise seen against the axis.
         point: on the axis, (2,) or (3,).
         axis: direction, any length; (0, 0, 1) in 2D.
+        start, turned: of a wall: the time from which it turns, and its angle until then.
     """
 
     rate: float
     point: tuple[float, ...]
     axis: tuple[float, float, float] = (0.0, 0.0, 1.0)
+    start: float = 0.0
+    turned: float = 0.0
 
     def __post_init__(self) -> None:
-        if not np.isfinite((self.rate, *self.point, *self.axis)).all() or not any(self.axis):
+        values = (self.rate, *self.point, *self.axis, self.start, self.turned)
+        if not np.isfinite(values).all() or not any(self.axis):
             raise ValueError(f"rotation: finite values and an axis other than 0 needed, not {self}")
+
+    @property
+    def formula(self) -> str:
+        """The angle, as a formula of LAMMPS's ``time``."""
+        since = f"(time-{self.start:.12g})" if self.start else "time"
+        return f"{self.rate:.12g}*{since}" + (f"+{self.turned:.12g}" if self.turned else "")
 
     @property
     def words(self) -> str:

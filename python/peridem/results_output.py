@@ -376,7 +376,8 @@ class Output:
     # ---- walls -----------------------------------------------------------------------------------
 
     @cached_property
-    def _walls(self) -> list[dict[str, Any]]:
+    def known_walls(self) -> list[dict[str, Any]]:
+        """The plane walls as the scene or the script has them."""
         if "walls" in self.summary:
             return list(self.summary["walls"])
         return [wall for command in commands(self.script) if (wall := _plane(command.words))]
@@ -385,7 +386,7 @@ class Output:
         """The plane walls where they are at a time; walls with other motions are left out."""
         since = time - float(self.summary.get("start_time", 0.0))
         walls = []
-        for wall in self._walls:
+        for wall in self.known_walls:
             point, normal, velocity = (
                 np.array(wall[k], dtype=float)[: self.dimension]
                 for k in ("point", "normal", "velocity")
@@ -402,9 +403,10 @@ class Output:
             PlacedRegion(
                 wall["name"],
                 described_region(wall["region"]),
-                wall["rate"] * time,
+                wall["rate"] * (time - wall.get("start", 0.0)) + wall.get("turned", 0.0),
                 np.array(wall["axis"]),
-                since * np.array(wall["velocity"], dtype=float)[: self.dimension],
+                since * np.array(wall["velocity"], dtype=float)[: self.dimension]
+                + np.array(wall.get("moved", (0.0,) * self.dimension)),
             )
             for wall in self.summary.get("regions", [])
         ]

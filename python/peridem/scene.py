@@ -13,10 +13,12 @@ from __future__ import annotations
 
 import json
 import math
+import shutil
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,6 +27,7 @@ from peridem.cloud import Cloud
 from peridem.loads import Cut, Force, Motion, Nodes
 from peridem.material import AnyMaterial, Contact, Inert, Interface, Material, Solid, bulk_of
 from peridem.packing import Packing
+from peridem.stages import START, Beginning, sides
 from peridem.timestep import StableStep, stable_step
 from peridem.walls import FIXES, AnyWall, RegionWall, Wall
 
@@ -118,7 +121,10 @@ class Scene:
         engine: of ``peridem/lps``: auto, general or batched; None: LAMMPS's choice.
         adapt: keywords of ``fix peridem/adapt``, which keeps grains rigid until they are loaded;
             None: ``fix nve`` moves all nodes.
+        rest: a speed, root mean square of all nodes, below which the run ends early (not in the
+            first tenth of its duration); None: it does not.
         notes: lines for the head of the script.
+        begin: the state that it begins with, made by :meth:`after`; None: that of its grains.
     """
 
     title: str
@@ -148,7 +154,9 @@ class Scene:
     leapfrog: bool = False
     engine: str | None = None
     adapt: str | None = None
+    rest: float | None = None
     notes: Sequence[str] = ()
+    begin: Beginning | None = None
     dimension: int = field(init=False)
     materials: list[AnyMaterial] = field(init=False)
 
@@ -194,7 +202,7 @@ class Scene:
                 raise ValueError(f"scene: {what} needs {d} components, not {tuple(vector)}")
 
     def _check_numbers(self) -> None:
-        for what in ("duration", "safety", "timestep"):
+        for what in ("duration", "safety", "timestep", "rest"):
             value = getattr(self, what)
             if value is not None and not (math.isfinite(value) and value > 0.0):
                 raise ValueError(f"scene: {what} must be above 0, not {value}")
@@ -261,7 +269,7 @@ class Scene:
             for number, grain in enumerate(self.grains, 1):
                 if inert[number - 1]:
                     continue  # bodies of nodes may be where they like
-                through = wall.behind(self._start(grain))
+                through = wall.behind(self._start(grain) - self.shift_of(wall))
                 if through > 0.0:
                     how_far = f"{through:g} " if math.isfinite(through) else ""
                     raise ValueError(
@@ -424,7 +432,8 @@ class Scene:
             return np.array(self.box[0], dtype=float), np.array(self.box[1], dtype=float)
         margin = 4.0 * self.radii[1] if self.margin is None else self.margin
         points = [self._start(grain) for grain in self.grains]
-        points += [p for wall in self.walls if len(p := wall.corners(self.duration))]
+        for wall in self.walls:
+            points += [p + self.shift_of(wall)] if len(p := wall.corners(self.duration)) else []
         for motion in self.motions:
             if motion.steady:
                 mask = motion.nodes.mask(self.grain_of_node, self.reference)
@@ -432,6 +441,24 @@ class Scene:
                 points.append(self.reference[mask] + way)
         everything = np.vstack(points)
         return everything.min(axis=0) - margin, everything.max(axis=0) + margin
+
+    # ---- stages ----------------------------------------------------------------------------------
+
+    def after(self, path: str | Path, **changes: Any) -> Scene:
+        """The scene that begins with the state in which the run of this one has ended.
+
+        Args:
+            path: the folder of that run, or a restart file in it.
+            changes: attributes that are other ones from now on: title, duration, walls, ...
+                Walls of the same names go on from where they are.
+
+        Raises:
+            FileNotFoundError: there is no restart file.
+            ValueError: the run was one of other grains, or the changes do not go with it.
+        """
+        from peridem.stages import after
+
+        return after(self, path, **changes)
 
     # ---- files -----------------------------------------------------------------------------------
 
@@ -451,6 +478,8 @@ class Scene:
         folder = Path(folder)
         folder.mkdir(parents=True, exist_ok=True)
         (folder / DATA).write_text(self.data())
+        if self.begin is not None and self.begin.restart != (folder / START).resolve():
+            shutil.copyfile(self.begin.restart, folder / START)
         (folder / SCRIPT).write_text(script)
         self._write_mesh(folder / MESH)
         (folder / SUMMARY).write_text(json.dumps(self._summary(), indent=1) + "\n")
@@ -543,6 +572,10 @@ class Scene:
                         found += [] if stretch is None else [(j, i, stretch)]
         return found
 
+    def shift_of(self, wall: AnyWall) -> Array:
+        """How far a wall is from its point at the start, (d,)."""
+        return np.zeros(self.dimension) if self.begin is None else self.begin.shift(wall)
+
     def _summary(self) -> dict[str, object]:
         stretches = [
             math.inf if isinstance(m, Inert) else m.critical_stretch(self.dimension)
@@ -552,6 +585,7 @@ class Scene:
             "title": self.title,
             "dimension": self.dimension,
             "contact_radius": self.contact_radius,
+            "sides": sides(self),
             "critical_stretch": [s if math.isfinite(s) else None for s in stretches],
             "interfaces": self._interface_stretches(),
             "materials": [m.name for m in self.materials],
@@ -563,7 +597,8 @@ class Scene:
             "walls": [
                 {
                     "name": wall.name,
-                    "point": list(wall.point),
+                    "point": (np.array(wall.point) + self.shift_of(wall)).tolist(),
+                    "origin": list(wall.point),
                     "normal": wall.unit_normal.tolist(),
                     "velocity": list(wall.velocity),
                 }
@@ -571,7 +606,7 @@ class Scene:
                 if isinstance(wall, Wall)
             ],
             "regions": [
-                wall.described()
+                wall.described() | {"moved": self.shift_of(wall).tolist()}
                 for wall in self.walls
                 if isinstance(wall, RegionWall) and wall.drawable
             ],

@@ -16,6 +16,7 @@ from peridem import __version__
 from peridem.loads import NODE_VALUES, Nodes, ranges
 from peridem.material import AnyMaterial, Contact, Inert, bulk_of
 from peridem.regions import numbers
+from peridem.stages import START, Beginning, box_changes
 from peridem.walls import AnyWall, RegionWall, Wall
 
 if TYPE_CHECKING:
@@ -40,7 +41,7 @@ def script(scene: Scene) -> str:
         _bonds(scene),
         _walls(scene),
         _loads(scene),
-        _motion(scene),
+        [*_motion(scene), *box_changes(scene)],
         _output(scene, frame, record),
         _run(scene, total, frame),
     ]
@@ -48,14 +49,10 @@ def script(scene: Scene) -> str:
 
 
 def _head(scene: Scene) -> list[str]:
-    from peridem.scene import DATA, SCRIPT
+    from peridem.scene import SCRIPT
 
     d, count = scene.dimension, len(scene.reference)
     plane = " 2D with unit thickness: volumes are areas, forces are N per m of thickness."
-    sides = scene.sides
-    lost = "# f: a node that leaves the box is an error; s: the box follows the nodes"
-    positions = ", reference position" if scene.displaced else ""
-    style = "peridem reference" if scene.displaced else "peridem"
     lines = [
         f"# {scene.title}",
         "#",
@@ -65,9 +62,21 @@ def _head(scene: Scene) -> list[str]:
         f"# SI units: m, kg, s, N, Pa.{plane if d == 2 else ''}",
         *(f"# {note}" for note in scene.notes),
         "",
+    ]
+    return lines + (_nodes(scene) if scene.begin is None else _state(scene, scene.begin))
+
+
+def _nodes(scene: Scene) -> list[str]:
+    """Box and nodes, from the data file."""
+    from peridem.scene import DATA
+
+    lost = "# f: a node that leaves the box is an error; s: the box follows the nodes"
+    positions = ", reference position" if scene.displaced else ""
+    style = "peridem reference" if scene.displaced else "peridem"
+    lines = [
         "units           si",
-        f"dimension       {d}",
-        f"boundary        {' '.join(sides):<24}{lost}",
+        f"dimension       {scene.dimension}",
+        f"boundary        {' '.join(scene.sides):<24}{lost}",
         f"atom_style      {style}",
         f"read_data       {DATA:<24}# columns: node, grain, material, volume, density, x, y, z"
         f"{positions}",
@@ -75,6 +84,24 @@ def _head(scene: Scene) -> list[str]:
     if scene.start_time:
         lines.append(f"reset_timestep  0 time {scene.start_time:.12g}")
     return lines
+
+
+def _state(scene: Scene, begin: Beginning) -> list[str]:
+    """Box and nodes, from a restart file."""
+    return [
+        f"# goes on where '{begin.title}' has ended: at step {begin.step}, time "
+        f"{scene.start_time:.9g}; the file",
+        "# holds units, dimension, atom style, the nodes with their velocities, bonds and what",
+        "# contacts remember; coefficients and fixes are said again, and may be other ones",
+        f"read_restart    {START}",
+    ]
+
+
+def _emptied(scene: Scene, name: str) -> list[str]:
+    """What makes a group empty, if the restart file may hold one of this name."""
+    if scene.begin is None:
+        return []
+    return [f"group           {name} empty", f"group           {name} clear"]
 
 
 # ---- what grains are made of ---------------------------------------------------------------------
@@ -162,6 +189,7 @@ def _contact(scene: Scene) -> list[str]:
     bodies = [k for k, m in enumerate(scene.materials, 1) if isinstance(m, Inert)]
     if bodies:
         lines += [
+            *_emptied(scene, "bodies"),
             f"group           bodies type {' '.join(ranges(np.array(bodies)))}",
             "neigh_modify    exclude group bodies bodies   # bodies do not touch each other",
         ]
@@ -207,14 +235,15 @@ def _bonds(scene: Scene) -> list[str]:
 
 def _group(scene: Scene, name: str, nodes: Nodes) -> list[str]:
     """The commands that make a group: of whole grains, or by the numbers of their nodes."""
+    empty = _emptied(scene, name)
     if nodes.inside is None and nodes.grains is not None:
         words, kind = ranges(np.array(nodes.grains)), "molecule"
     elif nodes.inside is None:
-        return [f"group           {name} union all"]
+        return [*empty, f"group           {name} union all"]
     else:
         mask = nodes.mask(scene.grain_of_node, scene.reference)
         words, kind = ranges(np.flatnonzero(mask) + 1), "id"
-    return [
+    return empty + [
         f"group           {name} {kind} {' '.join(words[k : k + 12])}"
         for k in range(0, len(words), 12)
     ]
@@ -253,7 +282,7 @@ def _loads(scene: Scene) -> list[str]:
         group = "all"
         if any(isinstance(m, Inert) for m in scene.materials):
             group = "heavy"
-            lines.append("group           heavy subtract all bodies")
+            lines += [*_emptied(scene, "heavy"), "group           heavy subtract all bodies"]
         lines.append(f"fix weight {group} gravity {strength:.8g} vector {towards}")
     formulas = [str(v) for f in scene.forces for v in f.density]
     formulas += [v for m in scene.motions for v in (*m.displacement, *m.rate) if v]
@@ -280,7 +309,10 @@ def _motion(scene: Scene) -> list[str]:
     driven = [motion.name for motion in scene.motions if not motion.steady]
     lines = ["# ---- motion and time step", ""]
     if driven:
-        lines.append(f"group           free subtract all {' '.join(driven)}")
+        lines += [
+            *_emptied(scene, "free"),
+            f"group           free subtract all {' '.join(driven)}",
+        ]
     mover = "nve" if scene.adapt is None else f"peridem/adapt {scene.adapt}".rstrip()
     lines.append(f"fix motion {'free' if driven else 'all'} {mover}")
     limits = [
@@ -312,6 +344,7 @@ def _output(scene: Scene, frame: int, record: int) -> list[str]:
     attributes = [*NODE_COLUMNS, *(a for a in scene.attributes if a not in NODE_COLUMNS)]
     columns = [f"c_node[{i}]" for i in range(1, len(attributes) + 1)]
     place, speed = ("x y", "vx vy") if scene.dimension == 2 else ("x y z", "vx vy vz")
+    timed = scene.adaptive and scene.adapt is not None  # steps of rigid grains are longer
     lines = ["# ---- output", ""]
     if any(m.style for m in scene.materials):
         lines += [
@@ -322,11 +355,13 @@ def _output(scene: Scene, frame: int, record: int) -> list[str]:
         columns = []
     more = "".join(f" {column}" for column in scene.columns)
     lines += [
-        f"dump grains all custom {frame} {DUMP} id mol type {place} {speed} "
+        f"dump grains all custom {1 if timed else frame} {DUMP} id mol type {place} {speed} "
         f"{' '.join(columns)}{more}",
         "# nine digits for positions: overlaps of nodes are small differences of them",
         "dump_modify grains sort id time yes "
-        + " ".join(f"format {k} %.9g" for k in range(4, 4 + scene.dimension)),
+        + " ".join(f"format {k} %.9g" for k in range(4, 4 + scene.dimension))
+        + (" first yes" if scene.begin is not None else ""),
+        *([f"dump_modify grains every/time {scene.duration / scene.frames:.9g}"] if timed else []),
     ]
     shown = "step time"
     if columns:
@@ -402,24 +437,44 @@ def _run(scene: Scene, total: int, frame: int) -> list[str]:
     step, _ = scene._timestep()
     every = max(1, total // 10 // frame) * frame
     lines = [f"# ---- run; a file named '{STOP}' in this folder ends it early", ""]
-    if scene.leapfrog:
+    if scene.leapfrog and scene.begin is None:
         lines += _half_a_step(scene)
     lines += [
         f"variable halted equal is_file({STOP})",
         f"fix halt all halt {max(1, frame // 4)} v_halted > 0 error soft",
         f"restart         {every} {RESTART}.1 {RESTART}.2",
+        *(_until_rest(scene, total) if scene.rest is not None else []),
     ]
     if scene.adaptive:
         end = scene.start_time + scene.duration
         lines += [
             f"# about {total} steps of {step:g} s; the time ends it, so more are allowed",
             f"variable duration equal time>={end:.12g}",
-            f"fix duration all halt {HALT_EVERY} v_duration > 0 error soft message no",
+            f"fix duration all halt {HALT_EVERY} v_duration > 0 error continue message no",
             f"run             {ROOM * total}",
         ]
     else:
         lines += [f"# {total} steps of {step:g} s", f"run             {total}"]
+    if scene.adaptive or scene.rest is not None:
+        lines += [
+            "# whatever step that was: a frame and a line of thermo output of it",
+            "dump_modify     grains every 1",
+            "run             0 post no",
+        ]
     return [*lines, f"write_restart   {RESTART}"]
+
+
+def _until_rest(scene: Scene, total: int) -> list[str]:
+    """Ends the run when the nodes are slow."""
+    density = np.array([m.density for m in scene.materials])[scene.type_of_node - 1]
+    mass = float((np.concatenate([g.cloud.volumes for g in scene.grains]) * density).sum())
+    since = scene.start_time + 0.1 * scene.duration
+    every = HALT_EVERY if scene.adaptive else max(1, total // 1000)
+    return [
+        f"# at rest: a speed of {scene.rest:g} m/s in the root mean square of all nodes",
+        f"variable rested equal time>{since:.9g}&&ke<{0.5 * mass * (scene.rest or 0.0) ** 2:.9g}",
+        f"fix rested all halt {every} v_rested > 0 error continue message no",
+    ]
 
 
 def _half_a_step(scene: Scene) -> list[str]:

@@ -28,6 +28,7 @@ FIXES = (
         "kicked",
         "bodies",
         "heavy",
+        "rested",
     ),
 )
 
@@ -136,11 +137,14 @@ class RegionWall:
     def described(self) -> dict[str, object]:
         """What :class:`peridem.results_output.PlacedRegion` is made from; goes into JSON."""
         turn = self.rotation
+        sense = 1.0 if turn is None or turn.axis[2] > 0.0 else -1.0
         return {
             "name": self.name,
             "region": self.region.described(),
             "velocity": list(self.velocity),
-            "rate": 0.0 if turn is None else turn.rate * (1.0 if turn.axis[2] > 0.0 else -1.0),
+            "rate": 0.0 if turn is None else turn.rate * sense,
+            "start": 0.0 if turn is None else turn.start,
+            "turned": 0.0 if turn is None else turn.turned * sense,
             "axis": [0.0, 0.0] if turn is None else list(turn.point[:2]),
         }
 
@@ -156,7 +160,7 @@ class RegionWall:
         """The lines of the script, as of :meth:`Wall.commands`."""
         lines, rotate = [], ""
         if self.rotation is not None:
-            lines.append(f"variable {self.name}_angle equal {self.rotation.rate:.12g}*time")
+            lines.append(f"variable {self.name}_angle equal {self.rotation.formula}")
             rotate = f" rotate v_{self.name}_angle {self.rotation.words}"
         lines += self.region.commands(f"{self.name}_shape", rotate)
         more, motion = _motion(self.name, self.velocity, self.displacement)

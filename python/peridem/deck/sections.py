@@ -126,6 +126,7 @@ def zones(root: Block, model: Model, report: Report) -> list[Zone]:
     if count < 1:
         raise section.error("Zones", "at least 1 needed")
     particles, walls, meshes = (root.block(key) for key in ("Particle", "Wall", "Mesh"))
+    whole = model.single and count == 1  # such decks may have no zones
     found = []
     for number in range(1, count + 1):
         key = f"Zone_{number}"
@@ -133,12 +134,13 @@ def zones(root: Block, model: Model, report: Report) -> list[Zone]:
         wall = about.flag("Is_Wall")
         about.skip("Type", "Parameters", "Vec_Type", "Vec_Flag")  # never used by PeriDEM either
         old = key not in particles and key in walls
-        block = walls.block(key) if old else particles.block(key)
-        if key not in particles and key not in walls and not model.single:
+        block = walls.block(key) if old else particles.part(key, whole and "Type" in particles)
+        if not (key in particles or key in walls or model.single):
             raise particles.missing(key, f"the particles of zone {number} are described there")
-        if key not in meshes:
+        mesh = meshes.part(key, whole)
+        if key not in meshes and mesh is not meshes:
             raise meshes.missing(key, f"the mesh of zone {number} is named there")
-        found.append(_zone(number, wall, old, block, meshes.block(key), model, report))
+        found.append(_zone(number, wall, old, block, mesh, model, report))
     return found
 
 

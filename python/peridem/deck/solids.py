@@ -76,9 +76,9 @@ def specs(root: Block, count: int, dimension: int, report: Report) -> list[Solid
     found: list[SolidSpec] = []
     for number in range(1, count + 1):
         key = f"Zone_{number}"
-        if key not in section:
+        block = section.part(key, count == 1 and "Type" in section)
+        if key not in section and block is not section:
             raise section.missing(key, f"the material of zone {number}")
-        block = section.block(key)
         if "Copy_Material_Data" in block:
             source = block.whole("Copy_Material_Data")
             if not 1 <= source < number:

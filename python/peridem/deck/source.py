@@ -113,6 +113,13 @@ class Block:
             self._blocks[key] = Block(self.path, (*self.keys, key), node, line)
         return self._blocks[key]
 
+    def part(self, key: str, whole: bool) -> Block:
+        """The mapping of a key; the block itself where it is not there and ``whole`` allows it.
+
+        Old decks of one particle have no zones: the whole section is that of the first one.
+        """
+        return self if whole and key not in self and len(self._values) else self.block(key)
+
     def text(self, key: str, default: str | None = None) -> str:
         """A word or a number as it is written.
 
