@@ -131,8 +131,114 @@ class Block(Region):
 
     def commands(self, name: str, rotate: str = "") -> list[str]:
         """As :meth:`Region.commands`, with the open faces."""
-        faces = "".join(f" open {face}" for face in self.open)
-        return [line + faces for line in super().commands(name, rotate)]
+        return [line + _open(self.open) for line in super().commands(name, rotate)]
+
+
+@dataclass(frozen=True)
+class Prism(Region):
+    """A parallelogram or parallelepiped: a block whose upper sides are shifted.
+
+    Attributes:
+        low, high: corners of the block, (2,) or (3,).
+        tilt: how far the side of high y is shifted along x, (xy,); in space also that of high z
+            along x and y, (xy, xz, yz).
+        inside: whether the region is its inside.
+        open: numbers of faces that are no walls, as of :class:`Block`.
+    """
+
+    low: tuple[float, ...]
+    high: tuple[float, ...]
+    tilt: tuple[float, ...]
+    inside: bool = True
+    open: tuple[int, ...] = ()
+
+    def __post_init__(self) -> None:
+        d = len(self.low)
+        if (d, len(self.high), len(self.tilt)) not in ((2, 2, 1), (3, 3, 3)):
+            raise ValueError(
+                "prism: two corners and tilts needed, of 2, 2 and 1 or of 3, 3 and 3 numbers, not "
+                f"{self.low}, {self.high} and {self.tilt}"
+            )
+        if not all(a < b for a, b in zip(self.low, self.high, strict=True)):
+            raise ValueError(f"prism: low must be below high, not {self.low} and {self.high}")
+        if not np.isfinite((*self.low, *self.high, *self.tilt)).all():
+            raise ValueError(f"prism: finite numbers needed, not {self}")
+
+    @property
+    def _edges(self) -> Array:
+        """Edges from the lowest corner as rows, (d, d)."""
+        edges = np.diag(np.subtract(self.high, self.low).astype(float))
+        edges[1, 0] = self.tilt[0]
+        if len(self.low) == 3:
+            edges[2, :2] = self.tilt[1:]
+        return edges
+
+    def _within(self, points: Array) -> Mask:
+        d = len(self.low)
+        along = (points[:, :d] - np.asarray(self.low)) @ np.linalg.inv(self._edges)
+        return np.asarray(((along >= 0.0) & (along <= 1.0)).all(axis=1))
+
+    @property
+    def corners(self) -> Array:
+        """As :attr:`Region.corners`: of a parallelogram; of other prisms none."""
+        if len(self.low) == 3:
+            return np.empty((0, 2))
+        round_ = np.array([(0, 0), (1, 0), (1, 1), (0, 1)])
+        return np.asarray(np.asarray(self.low) + round_ @ self._edges)
+
+    def _words(self) -> str:
+        sides = [f"{a:.12g} {b:.12g}" for a, b in zip(self.low, self.high, strict=True)]
+        return "prism " + "  ".join([*sides, "INF INF"][:3]) + "  " + numbers((*self.tilt, 0.0))
+
+    def commands(self, name: str, rotate: str = "") -> list[str]:
+        """As :meth:`Region.commands`, with the open faces."""
+        return [line + _open(self.open) for line in super().commands(name, rotate)]
+
+
+@dataclass(frozen=True)
+class Cone(Region):
+    """A part of a cone along an axis, in space: a hopper.
+
+    Attributes:
+        centre: of the circles, as of :class:`Cylinder`.
+        radii: of the circles at the low and at the high end, at least one above 0.
+        low, high: ends along the axis.
+        axis: x, y or z.
+        inside: whether the region is its inside.
+        open: faces that are no walls: 1 low end, 2 high end, 3 the round one.
+    """
+
+    centre: tuple[float, float]
+    radii: tuple[float, float]
+    low: float
+    high: float
+    axis: str = "z"
+    inside: bool = True
+    open: tuple[int, ...] = ()
+
+    def __post_init__(self) -> None:
+        if self.axis not in ("x", "y", "z"):
+            raise ValueError(f"cone: axis must be x, y or z, not '{self.axis}'")
+        if not (np.isfinite(self.radii).all() and min(self.radii) >= 0.0 < max(self.radii)):
+            raise ValueError(f"cone: two radii of at least 0, one above, needed, not {self.radii}")
+        if not (math.isfinite(self.low) and math.isfinite(self.high) and self.low < self.high):
+            raise ValueError(f"cone: low must be below high, not {self.low} and {self.high}")
+
+    def _within(self, points: Array) -> Mask:
+        along = "xyz".index(self.axis)
+        across = [k for k in range(3) if k != along]
+        part = (points[:, along] - self.low) / (self.high - self.low)
+        radius = self.radii[0] + part * (self.radii[1] - self.radii[0])
+        away = np.linalg.norm(points[:, across] - np.asarray(self.centre), axis=1)
+        return np.asarray((part >= 0.0) & (part <= 1.0) & (away <= radius))
+
+    def _words(self) -> str:
+        values = (*self.centre, *self.radii, self.low, self.high)
+        return f"cone {self.axis} " + " ".join(f"{v:.12g}" for v in values)
+
+    def commands(self, name: str, rotate: str = "") -> list[str]:
+        """As :meth:`Region.commands`, with the open faces."""
+        return [line + _open(self.open) for line in super().commands(name, rotate)]
 
 
 @dataclass(frozen=True)
@@ -189,8 +295,7 @@ class Cylinder(Region):
 
     def commands(self, name: str, rotate: str = "") -> list[str]:
         """As :meth:`Region.commands`, with the open faces."""
-        faces = "".join(f" open {face}" for face in self.open)
-        return [line + faces for line in super().commands(name, rotate)]
+        return [line + _open(self.open) for line in super().commands(name, rotate)]
 
 
 @dataclass(frozen=True)
@@ -263,7 +368,7 @@ class Combined(Region):
 
 @dataclass(frozen=True)
 class OtherRegion(Region):
-    """Any other style of LAMMPS, in its own words (``cone z 0 0 1e-3 3e-3 0 5e-3``).
+    """Any other style of LAMMPS, in its own words (``ellipsoid 0 0 0 1e-3 2e-3 3e-3``).
 
     Which points lie in it is not known here: :meth:`contains` says all.
     """
@@ -291,7 +396,8 @@ def described_region(described: dict[str, Any]) -> Region:
         ValueError: no such kind of region.
     """
     kinds: dict[str, Callable[..., Region]] = {
-        kind.__name__: kind for kind in (Block, Cylinder, Sphere, Combined, OtherRegion)
+        kind.__name__: kind
+        for kind in (Block, Prism, Cone, Cylinder, Sphere, Combined, OtherRegion)
     }
     words = {k: tuple(v) if isinstance(v, list) else v for k, v in described.items()}
     kind = str(words.pop("kind", None))
@@ -300,6 +406,10 @@ def described_region(described: dict[str, Any]) -> Region:
     if kind == "Combined":
         words["parts"] = tuple(described_region(part) for part in words["parts"])
     return kinds[kind](**words)
+
+
+def _open(faces: tuple[int, ...]) -> str:
+    return "".join(f" open {face}" for face in faces)
 
 
 def numbers(values: Sequence[float]) -> str:

@@ -269,7 +269,11 @@ class Scene:
             for number, grain in enumerate(self.grains, 1):
                 if inert[number - 1]:
                     continue  # bodies of nodes may be where they like
-                through = wall.behind(self._start(grain) - self.shift_of(wall))
+                nodes = self._start(grain) - self.shift_of(wall)
+                if wall.nodes is not None:
+                    touched = np.full(len(nodes), number)
+                    nodes = nodes[wall.nodes.mask(touched, grain.cloud.nodes)]
+                through = wall.behind(nodes) if len(nodes) else 0.0
                 if through > 0.0:
                     how_far = f"{through:g} " if math.isfinite(through) else ""
                     raise ValueError(
@@ -280,6 +284,7 @@ class Scene:
     def _check_loads(self) -> None:
         loads = [("motion", m.name, m.nodes) for m in self.motions]
         loads += [("force", f.name, f.nodes) for f in self.forces]
+        loads += [("wall", w.name, w.nodes) for w in self.walls if w.nodes is not None]
         for what, name, nodes in loads:
             if not nodes.mask(self.grain_of_node, self.reference).any():
                 raise ValueError(f"scene: {what} '{name}' has no nodes")

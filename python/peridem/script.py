@@ -17,7 +17,7 @@ from peridem.loads import NODE_VALUES, Nodes, ranges
 from peridem.material import AnyMaterial, Contact, Inert, bulk_of
 from peridem.regions import numbers
 from peridem.stages import START, Beginning, box_changes
-from peridem.walls import AnyWall, RegionWall, Wall
+from peridem.walls import AnyWall, RegionWall, Wall, group_of
 
 if TYPE_CHECKING:
     from peridem.scene import Scene
@@ -261,6 +261,8 @@ def _walls(scene: Scene) -> list[str]:
         "",
     ]
     for wall in scene.walls:
+        if wall.nodes is not None:
+            lines += _group(scene, group_of(wall), wall.nodes)
         lines += wall.commands(_wall_contact(scene, wall.contact))
     return lines
 

@@ -4,12 +4,16 @@ from __future__ import annotations
 
 import re
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from peridem.material import Contact
 from peridem.regions import Region, Rotation, numbers
+
+if TYPE_CHECKING:
+    from peridem.loads import Nodes
 
 Array = NDArray[np.float64]
 
@@ -53,6 +57,7 @@ class Wall:
         displacement: (d,) instead of it: how far the wall has moved, as LAMMPS formulas of
             ``time``; None for a direction in which it does not.
         contact: of this wall; None: of each node's own material with itself.
+        nodes: that it touches; None: all. Others pass through it, as through a sieve.
     """
 
     name: str
@@ -61,6 +66,7 @@ class Wall:
     velocity: tuple[float, ...] = (0.0, 0.0)
     displacement: tuple[str | None, ...] = ()
     contact: Contact | None = None
+    nodes: Nodes | None = None
 
     def __post_init__(self) -> None:
         check_name("wall", self.name)
@@ -95,7 +101,7 @@ class Wall:
         Args:
             words: keywords of its own contact.
         """
-        line = f"fix {self.name} all peridem/wall plane {_vector(self.point)}"
+        line = f"fix {self.name} {group_of(self)} peridem/wall plane {_vector(self.point)}"
         line += f"  {_vector(self.normal)}"
         lines, motion = _motion(self.name, self.velocity, self.displacement)
         return [*lines, line + motion + words]
@@ -108,7 +114,7 @@ class RegionWall:
     Attributes:
         name: the ID of its fix.
         region: grains are inside it (a region of ``inside=False`` has them outside its shape).
-        velocity, displacement, contact: as of :class:`Wall`.
+        velocity, displacement, contact, nodes: as of :class:`Wall`.
         rotation: of the whole region.
     """
 
@@ -118,6 +124,7 @@ class RegionWall:
     displacement: tuple[str | None, ...] = ()
     rotation: Rotation | None = None
     contact: Contact | None = None
+    nodes: Nodes | None = None
 
     def __post_init__(self) -> None:
         check_name("wall", self.name)
@@ -164,11 +171,18 @@ class RegionWall:
             rotate = f" rotate v_{self.name}_angle {self.rotation.words}"
         lines += self.region.commands(f"{self.name}_shape", rotate)
         more, motion = _motion(self.name, self.velocity, self.displacement)
-        line = f"fix {self.name} all peridem/wall region {self.name}_shape{motion}{words}"
+        line = (
+            f"fix {self.name} {group_of(self)} peridem/wall region {self.name}_shape{motion}{words}"
+        )
         return [*lines, *more, line]
 
 
 AnyWall = Wall | RegionWall
+
+
+def group_of(wall: AnyWall) -> str:
+    """The group of the nodes that a wall touches."""
+    return "all" if wall.nodes is None else f"{wall.name}_nodes"
 
 
 def _one_motion(

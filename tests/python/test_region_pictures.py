@@ -2,6 +2,7 @@
 
 import json
 import math
+import subprocess
 
 import numpy as np
 import pytest
@@ -11,8 +12,10 @@ from peridem import render, results, scene
 from peridem.regions import (
     Block,
     Combined,
+    Cone,
     Cylinder,
     OtherRegion,
+    Prism,
     Rotation,
     Sphere,
     described_region,
@@ -29,7 +32,10 @@ DRUM = Combined((Cylinder((1e-3, 2e-3), 5e-3), Block((4e-3, 1.9e-3), (7e-3, 2.1e
         Block((0.0, 0.0, 0.0), (1.0, 2.0, 3.0), open=(6,)),
         Cylinder((0.0, 0.5), 1.0, "y", low=0.0, inside=False),
         Sphere((0.0, 0.0, 0.0), 2.0),
-        OtherRegion("cone z 0 0 1e-3 3e-3 0 5e-3", inside=False),
+        Prism((0.0, 0.0), (1.0, 2.0), (0.5,)),
+        Prism((0.0, 0.0, 0.0), (1.0, 2.0, 3.0), (0.5, 0.1, -0.2), inside=False, open=(6,)),
+        Cone((0.0, 0.0), (1e-3, 3e-3), 0.0, 5e-3, open=(2,)),
+        OtherRegion("ellipsoid 0 0 0 1e-3 2e-3 3e-3", inside=False),
     ],
 )
 def test_a_region_comes_back_from_its_description(region):
@@ -37,8 +43,10 @@ def test_a_region_comes_back_from_its_description(region):
 
 
 def test_unknown_kinds_of_regions_are_refused():
-    with pytest.raises(ValueError, match="no region of kind 'Cone': one of Block, Cylinder"):
-        described_region({"kind": "Cone"})
+    with pytest.raises(
+        ValueError, match="no region of kind 'Ball': one of Block, Prism, Cone, Cylinder"
+    ):
+        described_region({"kind": "Ball"})
 
 
 def written(folder, wall):
@@ -99,3 +107,46 @@ def test_shapes_and_motions_that_only_lammps_knows_are_not_drawn(tmp_path):
     assert results.Output(written(tmp_path, wall)).regions(0.0) == []
     follows = scene.RegionWall("cup", Cylinder((1e-3, 2e-3), 5e-3), displacement=(None, "time"))
     assert not follows.drawable
+
+
+@pytest.mark.parametrize("dimension", [2, 3])
+def test_regions_hold_what_lammps_says(dimension, tmp_path, lmp):
+    """Each shape, of both sides, against the groups that LAMMPS makes of random points."""
+    flat = [
+        Block((-1.0, -0.5), (0.5, 1.0)),
+        Prism((-1.0, -0.7), (0.3, 0.9), (0.8,)),
+        Prism((-1.0, -0.7), (0.3, 0.9), (-0.8,), inside=False),
+        Cylinder((0.2, 0.1), 0.9),
+        Combined((Block((-1.0, -1.0), (0.0, 1.0)), Cylinder((0.2, 0.1), 0.9)), "union"),
+    ]
+    space = [
+        Prism((-1.0, -0.7, -0.8), (0.3, 0.9, 0.7), (0.8, -0.3, 0.4)),
+        Prism((-1.0, -0.7, -0.8), (0.3, 0.9, 0.7), (0.8, -0.3, 0.4), inside=False),
+        Cone((0.1, -0.2), (0.2, 1.1), -0.9, 0.8),
+        Cone((0.1, -0.2), (1.1, 0.0), -0.9, 0.8, axis="x", inside=False),
+        Cone((0.1, -0.2), (0.7, 0.3), -0.9, 0.8, axis="y"),
+        Cylinder((0.2, 0.1), 0.9, "x", -0.5, 0.7),
+        Sphere((0.1, 0.2, 0.3), 0.9),
+    ]
+    regions = flat if dimension == 2 else space
+    x = np.random.default_rng(5).uniform(-1.2, 1.2, (2000, 3))
+    x[:, dimension:] = 0.0
+    rows = [f"{i} 1 {a:.15g} {b:.15g} {c:.15g}" for i, (a, b, c) in enumerate(x, 1)]
+    sides = "".join(f"-1.5 1.5 {k}lo {k}hi\n" for k in "xyz")
+    head = f"points\n\n{len(x)} atoms\n1 atom types\n\n{sides}\nAtoms # atomic\n\n"
+    (tmp_path / "points.data").write_text(head + "\n".join(rows) + "\n")
+    script = [f"dimension {dimension}", "boundary p p p", "atom_style atomic"]
+    script += ["read_data points.data", "mass 1 1.0"]
+    for k, region in enumerate(regions):
+        script += region.commands(f"r{k}")
+        script += [f"group g{k} region r{k}", f"write_dump g{k} custom {k}.dump id"]
+    (tmp_path / "in.points").write_text("\n".join(script) + "\n")
+    done = subprocess.run(
+        [lmp, "-in", "in.points", "-screen", "none"], cwd=tmp_path, capture_output=True, text=True
+    )
+    assert done.returncode == 0, (tmp_path / "log.lammps").read_text()[-500:]
+    for k, region in enumerate(regions):
+        held = set((np.flatnonzero(region.contains(x[:, :dimension])) + 1).tolist())
+        lines = (tmp_path / f"{k}.dump").read_text().splitlines()[9:]
+        assert held == {int(line) for line in lines}, region
+        assert 50 < len(held) < 1950  # the points tell the shape

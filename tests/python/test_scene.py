@@ -103,6 +103,34 @@ def test_script_is_readable():
         assert len(line) <= 200 and line == line.rstrip()
 
 
+def test_a_sieve_touches_some_grains_only(tmp_path):
+    """The disc falls through the plane on which the hexagon lands."""
+    made = scenes.two_grains()
+    sieve = scene.Wall("sieve", (0.0, 1.9e-3), (0.0, 1.0), nodes=Nodes((2,)))
+    side = Nodes((1,), Block((-1.0, -1.0), (1.0, 1.0)))
+    floor = scene.RegionWall("rest", Block((-1.0, -3e-4), (1.0, 1.0)), nodes=side)
+    falling = scenes.two_grains(
+        grains=[scene.Grain(g.cloud, g.material, velocity=(0.0, -2.0)) for g in made.grains],
+        walls=[sieve, floor],
+        duration=5e-4,
+        timestep=None,
+    )
+    text = falling.script()
+    assert ["sieve_nodes", "molecule", "2"] in lines(text, "group")
+    assert "fix sieve sieve_nodes peridem/wall plane" in text
+    assert "fix rest rest_nodes peridem/wall region" in text
+    run.run(falling.write(tmp_path), quiet=True)
+    output = results.Output(tmp_path)
+    heights = np.array([output.frame(i).position[:, 1] for i in range(len(output.dump))])
+    disc = output.frame(0)["mol"] == 1
+    assert heights[:, ~disc].min() > 1.9e-3  # a contact radius above the sieve
+    assert -3e-4 < heights[:, disc].min() < 0.0  # through it from the start, down to the rest
+    assert results.averages(tmp_path / scene.WALLS)["f_sieve[2]"].min() < 0.0
+    with pytest.raises(ValueError, match="wall 'sieve' has no nodes"):
+        none = scene.Wall("sieve", (0.0, 1.9e-3), (0.0, 1.0), nodes=Nodes((7,)))
+        scenes.two_grains(walls=[none])
+
+
 def test_two_materials_are_two_types_with_their_mean_in_contact():
     soft, hard = scenes.SOLID, Material(43.2e6, 0.25, 2000.0, 6e-4, name="hard")
     made = scenes.two_grains()
