@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -37,6 +37,7 @@ __all__ = [
     "Sizes",
     "container_inside",
     "deposited",
+    "dropped",
     "fill",
     "grid",
     "layered",
@@ -512,6 +513,39 @@ def deposited(
     return Packing(outlines, kinds, position, angle, scale, within)
 
 
+def dropped(packing: Packing, padding: float) -> Packing:
+    """The packing with each grain straight down on the floor or on what lies below it.
+
+    The lowest grain first, without turning: free fall, without the time it takes.
+
+    Args:
+        packing: grains in a container that is a box, ``padding`` apart from each other.
+        padding: smallest gap between grains, and between grains and box.
+
+    Raises:
+        ValueError: the packing has no container, or one without a floor.
+    """
+    within = packing.container
+    if within is None or within.inside is not None or within.periodic[-1]:
+        raise ValueError("dropped packing: a packing in a box with a floor and a top needed")
+    reach, position = packing.reaches(), packing.position.copy()
+    shapes = [packing.outline(i) for i in range(len(packing))]
+    near = Placed(within, packing.dimension)
+    for i in np.argsort([shape.extent[0][-1] for shape in shapes], kind="stable"):
+        kind, scale = packing.kind[i], float(packing.scale[i])
+        turned = packing.outlines[kind].placed(angle=packing.angle[i], scale=scale)
+        across, start = position[i, :-1], float(position[i, -1])
+        if not near.clear(shapes[i], position[i], float(reach[i]), padding):
+            start = math.inf  # one that was above it has come down past it: on top, then
+        floor, top = (float(end[-1]) for end in within.room(turned, padding))
+        at = _fall(turned, across, floor, float(reach[i]), near, padding, start)
+        if at[-1] > max(top, position[i, -1]):
+            return packing  # there is no room for it
+        position[i] = at
+        near.add(turned.placed(at), at, float(reach[i]))
+    return replace(packing, position=position)
+
+
 def settled(
     packing: Packing,
     padding: float,
@@ -544,14 +578,21 @@ def settled(
 
 
 def _fall(
-    turned: Shape, across: Array, floor: float, reach: float, near: Placed, padding: float
+    turned: Shape,
+    across: Array,
+    floor: float,
+    reach: float,
+    near: Placed,
+    padding: float,
+    start: float = math.inf,
 ) -> Array:
-    """Where a shape that falls along the last axis comes to rest, (d,)."""
+    """Where a shape that falls along the last axis, from above all or from a height, comes to rest,
+    (d,)."""
     flat = np.append(across, 0.0)
     low, high = turned.extent
     below = near.under(low + flat, high + flat, padding)
     tolerance = 1e-3 * padding
-    y = max([floor, *(near.top(image) + reach + padding for image in below)])
+    y = min(start, max([floor, *(near.top(image) + reach + padding for image in below)]))
     while y > floor:
         at = np.append(across, y)
         gap = near.gap(turned.placed(at), at, reach, below) - padding

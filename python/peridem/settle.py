@@ -1,8 +1,10 @@
 """Packings settled by gravity: rigid grains fall and come to rest in LAMMPS.
 
-Grains are clouds of nodes that move as rigid bodies (fix rigid/small) and touch through
-peridem/contact. Lengths are measured in the largest grain's radius, the density and gravity are 1:
-at rest, a packing depends on neither. Nothing of this run is kept but where the grains end.
+What is free fall needs no simulation: before, each grain is put straight down on what lies below it
+(:func:`peridem.packing.dropped`). Grains are clouds of nodes that move as rigid bodies
+(fix rigid/small) and touch through peridem/contact. Lengths are measured in the largest grain's
+radius, the density and gravity are 1: at rest, a packing depends on neither. Nothing of this run is
+kept but where the grains end.
 """
 
 from __future__ import annotations
@@ -10,14 +12,16 @@ from __future__ import annotations
 import math
 import tempfile
 from dataclasses import dataclass, replace
+from functools import cached_property
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.spatial import cKDTree
 from scipy.spatial.transform import Rotation
 
 from peridem.cloud import Cloud, mesh
-from peridem.packing import Packing
+from peridem.packing import Packing, dropped
 from peridem.placing import Container
 
 Array = NDArray[np.float64]
@@ -26,6 +30,8 @@ Array = NDArray[np.float64]
 SPEED = 1.5
 # How deep contacts may be, over the padding: in passing at that speed, and at rest.
 DEPTH_PASSING, DEPTH_RESTING = 0.4, 0.05
+# Grains that start closer than they may be at rest are pushed apart first, in so many stages.
+STAGES, STAGE_STEPS = 10, 160
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,6 +46,7 @@ class _Bodies:
     low: Array
     high: Array
     unit: float
+    periodic: tuple[bool, ...]
 
     @property
     def dimension(self) -> int:
@@ -59,12 +66,32 @@ class _Bodies:
         off = self.surface_spacing * (0.5 if self.dimension == 2 else 1.0 / math.sqrt(3.0))
         return math.hypot((1.0 + 2.0 * DEPTH_RESTING) * self.padding, off)
 
+    @cached_property
+    def clearance(self) -> float:
+        """Smallest distance of two nodes of different grains, or of a node and a side of the box,
+        as far as it is below the contact radius."""
+        reach = self.contact_radius
+        i, j = cKDTree(self.nodes).query_pairs(reach, output_type="ndarray").T
+        other = self.grain[i] != self.grain[j]
+        near = np.linalg.norm(self.nodes[i] - self.nodes[j], axis=1)[other]
+        fixed = ~np.array(self.periodic)
+        sides = np.concatenate([self.nodes - self.low, self.high - self.nodes], axis=1)
+        sides = sides[:, np.tile(fixed, 2)]
+        return float(min([reach, *near, sides.min()]))
+
+    @property
+    def fall(self) -> float:
+        """How far the heap may still sink: to where its grains would fill the box below."""
+        across = np.prod((self.high - self.low)[:-1])
+        height = float(self.nodes[:, -1].max() - self.low[-1])
+        return max(0.0, height - float(self.volumes.sum() / across))
+
     @property
     def spring(self) -> float:
         """Of one pair of nodes: stiff enough for a falling grain and for the weight of a column."""
         heaviest = float(self.masses.max())
         passing = heaviest * (SPEED / (DEPTH_PASSING * self.padding)) ** 2
-        column = heaviest * max(2.0, 0.5 * float(self.high[-1] - self.low[-1]))
+        column = heaviest * max(2.0, 0.5 * float(self.nodes[:, -1].max() - self.low[-1]))
         return max(passing, column / (DEPTH_RESTING * self.padding))
 
     @property
@@ -107,6 +134,10 @@ def settled(
     radius = packing.reaches()
     spacing = spacing or min(padding, float(radius.min()) / 3.0)
     clouds = _clouds(packing, spacing)
+    gap = packing.smallest_gap()[0]
+    if not gap > 1e-6 * float(radius.max()):
+        raise ValueError("settled packing: grains that are apart from each other needed")
+    packing = dropped(packing, min(padding, (1.0 - 1e-9) * gap))
     bodies = _bodies(packing, clouds, padding, box)
     with tempfile.TemporaryDirectory(prefix="peridem-settle-") as name:
         folder = Path(name)
@@ -159,6 +190,7 @@ def _bodies(packing: Packing, clouds: list[Cloud], padding: float, box: Containe
         box.low / unit,
         box.high / unit,
         unit,
+        box.periodic,
     )
 
 
@@ -184,7 +216,7 @@ def _script(bodies: _Bodies, box: Container, friction: float) -> str:
     lightest, heaviest = float(bodies.masses.min()), float(bodies.masses.max())
     sides = " ".join("p" if p else "f" for p in box.periodic) + (" p" if d == 2 else "")
     modulus = spring if d == 2 else spring / float(np.median(bodies.volumes)) ** (1.0 / 3.0)
-    contact = f"radius {bodies.contact_radius:.12g} modulus {modulus:.12g} form bulk 1"
+    contact = f"modulus {modulus:.12g} form bulk 1"
     contact += f" damping {0.2 * math.sqrt(spring * lightest):.12g}"
     if friction:
         contact += f" friction {friction:.12g} tangential history"
@@ -199,7 +231,7 @@ def _script(bodies: _Bodies, box: Container, friction: float) -> str:
             walls.append(f"fix {side}{axis} all peridem/wall plane {numbers}")
     # drag on each node that gives the heaviest grain its final speed
     drag = heaviest / (np.bincount(bodies.grain).max() * SPEED)
-    fall = float(bodies.high[-1] - bodies.low[-1]) / SPEED
+    fall = 2.0 + bodies.fall / SPEED
     still = 1e-6 * float(bodies.masses.sum())
     down, place = ("0 -1 0", "xu yu") if d == 2 else ("0 0 -1", "xu yu zu")
     return f"""\
@@ -211,11 +243,10 @@ atom_modify map yes
 comm_modify vel yes cutoff {2.2 + bodies.contact_radius:.8g}
 read_data grains.data
 pair_style peridem/contact
-pair_coeff * * {contact} fragments no
+pair_coeff * * radius {bodies.contact_radius:.12g} {contact} fragments no
 neighbor {0.3 * bodies.contact_radius:.8g} bin
 neigh_modify every 1 delay 0 check yes exclude molecule/intra all
 {chr(10).join(walls)}
-fix weight all gravity 1 vector {down}
 fix drag all viscous {drag:.12g}
 fix bodies all rigid/small molecule
 timestep {step:.8g}
@@ -223,12 +254,26 @@ variable energy equal ke
 thermo 1000
 thermo_style custom step ke pe
 thermo_modify norm no lost error
+{_pushed_apart(bodies, contact)}
+fix weight all gravity 1 vector {down}
 run {math.ceil(fall / step)}
 fix rest all halt 200 v_energy < {still:.8g} error soft
 run {math.ceil((fall + 40.0) / step)}
 write_dump all custom end.dump id {place} modify sort id format float %.17g
 print "${{energy}}" file energy.txt
 """
+
+
+def _pushed_apart(bodies: _Bodies, contact: str) -> str:
+    """Lets the contact radius grow from the smallest distance there is, without weight."""
+    start, end = bodies.clearance, bodies.contact_radius
+    if start >= end:
+        return ""
+    radii = np.linspace(start, end, STAGES + 1)[1:]
+    return "\n".join(
+        f"pair_coeff * * radius {radius:.12g} {contact} fragments no\nrun {STAGE_STEPS}"
+        for radius in radii
+    )
 
 
 def _check_rest(bodies: _Bodies, energy: float) -> None:

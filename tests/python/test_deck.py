@@ -9,6 +9,7 @@ import decks
 import meshio
 import numpy as np
 import pytest
+import pyvista
 import yaml
 from decks import COLLISION, SOLID, SQUARE, changed, write
 from hypothesis import HealthCheck, Phase, given, settings
@@ -705,6 +706,33 @@ def test_a_restart_goes_on_from_the_state_of_a_file(tmp_path):
     assert "reset_timestep  0 time 4e-06" in made.script()
     with pytest.raises(DeckError, match="output_5"):
         deck.load(write(tmp_path, COLLISION, Restart={"File": "output_5", "Step": 40}))
+    # PeriDEM's files have nodes without cells, unless it is asked for them
+    bare = pyvista.UnstructuredGrid(np.empty(0, dtype=int), np.empty(0, dtype=np.uint8), points)
+    for name, values in fields.items():
+        bare.point_data[name] = values
+    bare.save(tmp_path / "output_6.vtu")
+    again = write(tmp_path, COLLISION, Restart={"File": "output_6", "Step": 40})
+    assert deck.load(again, as_published=True).scene.data() == text
+
+
+def test_what_is_no_restart_file_is_named(tmp_path):
+    (tmp_path / "output_7.vtu").write_text("soon")
+    path = write(tmp_path, COLLISION, Restart={"File": "output_7", "Step": 40})
+    with pytest.raises(DeckError, match=r"input.yaml:\d+: Restart.File: .*output_7.vtu cannot be"):
+        deck.load(path)
+
+
+def test_a_deck_of_one_particle_needs_no_zones(tmp_path):
+    """The oldest decks have mesh and material straight under Mesh and Material."""
+    deck.load(write(tmp_path, COLLISION))  # its meshes
+    changes = {"Mesh": {"File": "disc.msh"}, "Material": SOLID, "Particle": None}
+    region = {"Geometry": {"Type": "rectangle", "Parameters": [-1e-3, -1e-3, 0, 1e-3, 0, 0]}}
+    path = write(tmp_path, SQUARE, **changes, Displacement_BC__Set_1__Region=region)
+    read = deck.load(path)
+    assert len(read.scene.grains) == 1 and read.scene.materials[0].gc == SOLID["Gc"]
+    assert not any("unknown key" in line for line in read.report)
+    with pytest.raises(DeckError, match="Material: Zone_1 is missing"):
+        deck.load(write(tmp_path, SQUARE, **changes | {"Material": {"Tipe": "PDState"}}))
 
 
 # ---- errors --------------------------------------------------------------------------------------

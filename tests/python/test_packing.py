@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as draw
-from peridem import cloud, packing, settle, shapes
+from peridem import cloud, packing, placing, settle, shapes
 from peridem.placing import Sizes
 from scipy.spatial import cKDTree
 from scipy.spatial.transform import Rotation
@@ -276,6 +276,73 @@ def test_settled_grains_rest_on_each_other(lmp, flat):
     for i in range(len(made)):
         rest = np.vstack([n for j, n in enumerate(nodes) if j != i])
         assert cKDTree(rest).query(nodes[i])[0].min() >= 2e-4 * (1.0 - 1e-9)
+
+
+@pytest.mark.parametrize("flat", [True, False])
+def test_dropped_grains_keep_their_gap_and_only_sink(flat):
+    kinds = FLAT if flat else SOLID
+    box = (0, 9, 0, 40) if flat else (0, 6, 0, 6, 0, 30)
+    # as many concave ones as others, thrown in anyhow
+    start = packing.random_sequential(kinds, np.arange(15) % 5, box, 0.2, attempts=20_000)
+    made = packing.dropped(start, 0.2)
+    assert_apart(made, 0.2 * (1.0 - 1e-9))
+    sunk = start.position - made.position
+    assert (sunk[:, :-1] == 0.0).all() and (sunk[:, -1] >= 0.0).all()
+    assert sunk[:, -1].mean() > 2.0
+    assert (made.angle == start.angle).all() and (made.scale == start.scale).all()
+    # each lies above the floor or another grain, to a thousandth of the gap
+    for i in range(len(made)):
+        mine = made.outline(i)
+        others = [mine.distance(made.outline(j)) for j in range(len(made)) if j != i]
+        floor = mine.extent[0][-1] - made.container.low[-1]
+        assert min(*others, floor) <= 0.2 * 1.0011
+
+
+def test_dropping_needs_a_floor_and_room():
+    with pytest.raises(ValueError, match="a packing in a box with a floor"):
+        packing.dropped(packing.table([shapes.circle(1.0)], [(0, 0, 0, 1, 0)], 0.1), 0.1)
+
+
+def test_settling_does_not_simulate_the_fall(lmp, monkeypatch):
+    """A box seven times as high costs no more steps, but for those of chance."""
+    steps = []
+    from peridem import run
+
+    plain = run.run
+    monkeypatch.setattr(run, "run", lambda *a, **k: steps.append(plain(*a, **k).steps))
+    kinds = [shapes.hexagon(1e-3), shapes.star(1e-3)]
+    for high in (14e-3, 100e-3):
+        box = (0, 5e-3, 0, high)
+        start = packing.random_sequential(kinds, np.arange(8) % 2, box, 2e-4, attempts=20_000)
+        packing.settled(start, 2e-4, lmp=lmp)
+    # twice the steps would be half of what falling through seven times the height takes
+    assert steps[1] < 2 * steps[0]
+
+
+def test_grains_that_start_closer_than_they_rest_are_not_blown_apart(lmp):
+    """Nodes that stand for touching shapes overlap at the start: that is no energy to fly with."""
+    disc = shapes.circle(1e-3)
+    pitch = 2e-3 + 2.0001e-4  # shapes a padding apart; nodes want up to 1.2 of it
+    places = [(1.2e-3 + pitch * i, 1.2e-3 + pitch * j) for i in range(3) for j in range(3)]
+    box = (0, 3 * pitch + 6e-4, 0, 20e-3)  # some room at the right
+    start = packing.table([disc], [(0, x, y, 1, 0) for x, y in places], 2e-4, box)
+    made = packing.settled(start, 2e-4, lmp=lmp)
+    # they take the room at the right, and what their nodes lack: less than a padding for three
+    moved = np.abs(made.position - start.position)
+    assert moved[:, 0].max() < 4e-4 + 2e-4 and moved[:, 1].max() < 2e-4
+
+
+def test_overlapping_grains_do_not_settle():
+    start = packing.Packing(
+        (shapes.circle(1e-3),),
+        np.zeros(2, dtype=np.int64),
+        np.array([[2e-3, 2e-3], [3e-3, 2e-3]]),
+        np.zeros(2),
+        np.ones(2),
+        placing.container((0, 5e-3, 0, 5e-3)),
+    )
+    with pytest.raises(ValueError, match="grains that are apart from each other needed"):
+        packing.settled(start, 2e-4)
 
 
 def test_settling_needs_a_box_with_a_floor():

@@ -48,12 +48,12 @@ def restart(root: Block, model: Model, counts: list[int]) -> State | None:
     block = root.block("Restart")
     block.skip("Change_Reference_Free_Dofs")
     step = block.whole("Step")
-    mesh = _read(block)
+    given = _point_data(block)
     fields = {}
     for name in ("Displacement", "Velocity"):
-        if name not in mesh.point_data:
-            raise block.error("File", f"it has no field {name}, but {', '.join(mesh.point_data)}")
-        values = np.asarray(mesh.point_data[name], dtype=float)
+        if name not in given:
+            raise block.error("File", f"it has no field {name}, but {', '.join(given) or 'none'}")
+        values = np.asarray(given[name], dtype=float)
         fields[name] = np.pad(values, ((0, 0), (0, 3 - values.shape[1])))
         if len(values) != sum(counts):
             raise block.error(
@@ -62,21 +62,31 @@ def restart(root: Block, model: Model, counts: list[int]) -> State | None:
     return State(step * model.dt, fields["Displacement"], fields["Velocity"], counts)
 
 
-def _read(block: Block) -> Any:
-    import meshio
-
+def _point_data(block: Block) -> dict[str, Any]:
+    """Values of the nodes by their names."""
     name = Path(block.text("File"))
     folder = block.path.resolve().parent
     places = [folder / name, folder / name.name, folder.parent / "out" / name.name]
     for place in places:
         for path in (place, place.with_name(place.name + ".vtu")):
             if path.is_file():
-                try:
-                    return meshio.read(path)
-                except (meshio.ReadError, ValueError, KeyError) as error:
-                    raise block.error("File", f"{path} cannot be read: {error}") from error
+                return _read(block, path)
     looked = ", ".join(str(place) for place in places)
     raise DeckError(
         f"{block.path}:{block.place('File')[0]}: Restart.File: no file {name}, with or without "
         f".vtu (looked for {looked})"
     )
+
+
+def _read(block: Block, path: Path) -> dict[str, Any]:
+    import meshio
+
+    try:
+        return dict(meshio.read(path).point_data)
+    except (IndexError, ValueError):  # no cells, as in PeriDEM's own files: meshio wants some
+        import pyvista
+
+        found = pyvista.read(path)
+        return dict(found.point_data) if isinstance(found, pyvista.DataSet) else {}
+    except (meshio.ReadError, KeyError, SyntaxError, SystemExit) as error:
+        raise block.error("File", f"{path} cannot be read: {error}") from error
