@@ -150,12 +150,21 @@ void FixPeridemAdapt::take_stock()
 }
 
 /* ----------------------------------------------------------------------
-   nodes have other places in the arrays, or grains other states
+   nodes have other places in the arrays
 ------------------------------------------------------------------------- */
 
 void FixPeridemAdapt::sort_nodes()
 {
   table.sort_nodes();
+  regroup();
+}
+
+/* ----------------------------------------------------------------------
+   grains have other states
+------------------------------------------------------------------------- */
+
+void FixPeridemAdapt::regroup()
+{
   nodes.collect();
   const auto loose = table.loose();
   single.assign(loose.begin(), loose.end());
@@ -171,7 +180,7 @@ void FixPeridemAdapt::sort_nodes()
 void FixPeridemAdapt::tell_others()
 {
   states_stale = step_stale = true;
-  sort_nodes();
+  regroup();
   if (bonds) bonds->flag_rigid();
   inertia.find_lightest();
 }

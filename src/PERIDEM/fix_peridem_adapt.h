@@ -96,6 +96,7 @@ class FixPeridemAdapt : public FixNVE {
   void check_others() const;
   void take_stock();
   void sort_nodes();
+  void regroup();
   void tell_others();
   void move_single(bool drift);
 };

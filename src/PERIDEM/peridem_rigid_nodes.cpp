@@ -50,7 +50,7 @@ void PeridemRigidNodes::collect()
       index.push_back(i);
       for (int m = 0; m < dimension; m++) offset.push_back(table.offset[i][piece.axes[m]]);
       mass.push_back(static_cast<float>(atom->rmass[i]));
-      const double area = std::pow(atom->vfrac[i], 2.0 / dimension - 2.0);
+      const double V = atom->vfrac[i], area = 1.0 / (dimension == 2 ? V : V * std::cbrt(V));
       if (i == *table.nodes(mol).first) piece.unit = area;
       per_area.push_back(static_cast<float>(area / piece.unit));
       if (dimension == 2) atom->v[i][2] = 0.0;

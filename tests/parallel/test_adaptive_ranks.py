@@ -8,7 +8,7 @@ import pytest
 from support.heaps import REBUILD, SOLIDS, SPRINGS, WRITE, heap_script, tumbling
 from support.runs import lps_words, read_dump
 
-ADAPT = "peridem/adapt eta 0.2 back 0.5 every 10 hold 2"
+ADAPT = "peridem/adapt eta 0.2 back 0.5 every 10 hold 2 sleep 1e-3"
 STATE = WRITE + " f_motion"
 STEPS = 150
 
@@ -22,15 +22,16 @@ def mixed_scene(one, grid: str, name: str, steps: int, extra: str = "") -> str:
 
 
 def apart(rng):
-    """Two grains on collision course and two far from anything, all tumbling."""
+    """Two grains on collision course, one far from anything that tumbles, one that rests."""
     one = tumbling(rng)
     for molecule, shift in ((3, (-6.0, 4.0, 0.0)), (4, (6.0, 5.0, 0.0))):
         nodes = one.molecule == molecule
         one.x[nodes] += shift
         one.v[nodes] = 0.0
-        one.v[nodes, :2] += 0.1 * np.column_stack(
-            [-(one.x - one.x[nodes].mean(axis=0))[nodes, 1], np.zeros(nodes.sum())]
-        )
+        if molecule == 4:
+            one.v[nodes, :2] += 0.1 * np.column_stack(
+                [-(one.x - one.x[nodes].mean(axis=0))[nodes, 1], np.zeros(nodes.sum())]
+            )
     one.reference[:] = one.x
     return one
 
@@ -44,7 +45,7 @@ def test_ranks_see_the_same_states_and_motion(mpi, rng):
         mpi(mixed_scene(one, grid, "end", STEPS), ranks)
         (ends[grid],) = read_dump(mpi.folder / "end.last")
     whole = ends["1 1 1"]
-    assert {1.0, 2.0} == set(whole["f_motion"])  # some deformable, some rigid
+    assert {1.0, 2.0, 3.0} == set(whole["f_motion"])  # deformable, rigid, asleep
     for grid, end in ends.items():
         assert end["f_motion"].tolist() == whole["f_motion"].tolist(), grid
         assert end["c_node[2]"].tolist() == whole["c_node[2]"].tolist(), grid
@@ -62,7 +63,7 @@ def test_a_restart_brings_back_the_states(readers, mpi, rng):
     mpi(script, 2)
     (half,) = read_dump(mpi.folder / "half.last")
     (whole,) = read_dump(mpi.folder / "whole.last")
-    assert {1.0, 2.0} == set(half["f_motion"])
+    assert {1.0, 2.0, 3.0} == set(half["f_motion"])
     mpi(
         f"""
         atom_style peridem
