@@ -1,6 +1,7 @@
 """``python -m bench``: measure, write csv files, pictures and the page.
 
 python -m bench                    all parts, into bench/results and doc/performance.md
+python -m bench adapt series       adaptive grains: eight minutes of it
 python -m bench kernels scenes     these parts anew, the others as they were measured before
 python -m bench --quick --output out/bench     small sizes, to try it (a minute)
 """
@@ -9,7 +10,7 @@ from __future__ import annotations
 
 import sys
 
-from bench import command, grains, kernels, levels, memory, ranks, scenes, setup
+from bench import adapt, command, grains, kernels, levels, memory, ranks, scenes, series, setup
 
 PARTS = {
     "kernels": kernels,
@@ -19,6 +20,8 @@ PARTS = {
     "ranks": ranks,
     "memory": memory,
     "setup": setup,
+    "adapt": adapt,
+    "series": series,
 }
 
 if __name__ == "__main__":

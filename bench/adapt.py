@@ -21,7 +21,7 @@ from peridem.results_tables import averages
 from bench import histories, timing
 from bench.adapt_scenes import CASES, MM, Case, from_scene
 from bench.machine import Machine
-from bench.table import Row
+from bench.table import COURSE, Row
 
 __all__ = ["TITLE", "comment", "from_scene", "measure", "plot"]
 
@@ -129,7 +129,7 @@ def _row(
         "gain": gain,
         "awake": float(awake.mean()),
         **{f"{ERROR}{key}": value for key, value in errors.items()},
-        "awake over time": " ".join(f"{part:.2f}" for part in awake),
+        f"{COURSE}awake": " ".join(f"{part:.2f}" for part in awake),
     }
 
 
@@ -166,7 +166,7 @@ def comment(rows: list[Row], machine: Machine) -> str:
     return f"""\
 In the rows of deformable grains the errors are the scatter between repeats that differ by a
 billionth of the node spacing at the start. The gain is in processor time on one core; `awake` is
-the part of the grains that deform, averaged over time, and in 40 equal pieces of it. Energy is the
+the part of the grains that deform, averaged over time. Energy is the
 work of the lid, or the kinetic energy where nothing presses. The largest gain at errors no larger
 than the scatter (or {NEGLIGIBLE:.0%}):
 
@@ -183,7 +183,7 @@ def plot(rows: list[Row], file: Path) -> None:
         for row in rows:
             if row["scene"] != name or row["eta"] == ALL:
                 continue
-            part = np.array(str(row["awake over time"]).split(), dtype=float)
+            part = np.array(str(row[COURSE + "awake"]).split(), dtype=float)
             label = f"eta {row['eta']} ({_number(row, 'gain'):.2g} times as fast)"
             ax.plot((np.arange(len(part)) + 0.5) / len(part), part, label=label)
         ax.set(title=name, xlabel="time / duration", ylim=(-0.03, 1.03))

@@ -9,7 +9,7 @@ import sys
 import tempfile
 import time
 import traceback
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import asdict, dataclass
 from importlib import import_module
@@ -28,7 +28,6 @@ def main(
     parts: Mapping[str, ModuleType],
     program: str,
     words: str,
-    named_only: Sequence[str] = (),
     jobs: int = 1,
 ) -> int:
     """Parse the command line and run.
@@ -37,7 +36,6 @@ def main(
         parts: what can be measured here, by name.
         program: how it is called.
         words: the help text.
-        named_only: parts that run only where they are named.
         jobs: parts that are measured at the same time, unless the command line says.
     """
     options = argparse.ArgumentParser(
@@ -58,15 +56,14 @@ def main(
     if chosen.jobs < 1:
         options.error(f"--jobs must be at least 1, not {chosen.jobs}")
     try:
-        lmp = find_lmp(chosen.lmp)
+        lmp = find_lmp(chosen.lmp).absolute()  # it runs in other folders
     except RunError as error:
         print(error, file=sys.stderr)
         return 1
     results = chosen.output or ROOT / "bench" / "results"
     results.mkdir(parents=True, exist_ok=True)
     with tempfile.TemporaryDirectory() as folder:
-        usual = [name for name in parts if name not in named_only]
-        wanted = {name: parts[name] for name in chosen.parts or usual}
+        wanted = {name: parts[name] for name in chosen.parts or parts}
         this = machine.describe(lmp, Path(folder))
         job = Job(lmp, results, Path(folder), this, chosen.quick, program)
         failed = measure(wanted, job, chosen.jobs)

@@ -18,7 +18,8 @@ hand.  Times of one rank are processor time, medians of runs in turns.
 # all parts that there are, as they follow each other on the page
 ORDER = (
     *("kernels", "scenes", "levels", "grains", "ranks", "memory", "setup"),
-    *("waves", "hole", "contact", "cracks", "compression", "adapt"),
+    *("waves", "hole", "contact", "cracks", "compression"),
+    *("adapt", "series"),
 )
 
 

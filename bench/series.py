@@ -1,17 +1,16 @@
 """How much stiffer are rigid grains, and do softer contacts make up for it?
 
-    python -m bench.series [--picture FILE]
-
-A grain that is rigid gives way at its contacts only.  The contact spring would have to be softer by
-a factor for the same force at the same approach.  First a single grain between plates, of several
-shapes and turned by several angles: its force from a slow simulation, all deformable, and that of
-the rigid grain, which is the sum of its nodes' springs.  Then a packing of fifteen grains pressed
-by a lid: all deformable, rigid, and rigid with springs softer by the factor of the single grains.
+A grain that is rigid gives way at its contacts only.  For the same force at the same approach the
+springs would have to be softer by some factor.  First a single grain between plates, of several
+shapes: its force from a slow simulation, deformable, and that of the rigid grain, which is the sum
+of its nodes' springs: their ratio is the factor f of a contact with a wall.  There half the grain
+is in series with the spring, between two grains it is two halves: the factor becomes f / (2 - f).
+Then a packing of fifteen grains pressed by a lid: deformable, rigid, and rigid with springs softer
+by these factors.
 """
 
 from __future__ import annotations
 
-import argparse
 import tempfile
 from collections.abc import Callable
 from pathlib import Path
@@ -21,19 +20,23 @@ from numpy.typing import NDArray
 from peridem import cloud, shapes
 from peridem.cloud import Cloud
 from peridem.results_tables import averages
-from peridem.run import find_lmp
 
-from bench import table, timing
+from bench import timing
 from bench.adapt_scenes import RADIUS, REACH, SPACING, heap
+from bench.machine import Machine
+from bench.table import COURSE, Row
 
 Array = NDArray[np.float64]
+TITLE = "Rigid grains: contact stiffness in series"
 BULK, ALPHA = 21.6e6, 4.0
 SPRING = ALPHA * BULK  # of two nodes, N/m per m of thickness
 STRAINS = (1e-3, 3e-3, 1e-2)
-ANGLES = (0.0, 0.3, 0.7)
-PLATES = 0.08  # m/s: the fastest strain takes ten periods of a grain
-LID = 0.1
-PRESS = 2e-3
+# they lie on a side: turned otherwise they roll away
+GRAINS: tuple[Callable[[float], shapes.Outline], ...]
+GRAINS = (shapes.circle, shapes.hexagon, shapes.drum)
+PLATES = 0.08  # m/s: the largest strain takes ten periods of a grain
+LID, PRESS, PARTS = 0.1, 3e-3, 20
+CONTACT = f"radius {REACH:g} modulus {BULK:g} restitution 0.7 friction 0.3 form bulk"
 
 
 def _single(one: Cloud, folder: Path) -> str:
@@ -95,86 +98,113 @@ def rigid(one: Cloud, approach: Array) -> Array:
     return push(0.5 * (least + most), low)
 
 
-def single_grains(lmp: Path) -> list[table.Row]:
-    """Forces of rigid over deformable grains, at several strains."""
-    rows: list[table.Row] = []
-    makers: tuple[Callable[[float], shapes.Outline], ...]
-    makers = (shapes.circle, shapes.hexagon, shapes.drum)
-    for make in makers:
-        for angle in ANGLES:
-            one = cloud.mesh(make(RADIUS), SPACING).placed((0.0, 0.0), angle)
-            with tempfile.TemporaryDirectory() as folder:
-                approach, force = deformable(lmp, one, Path(folder))
-            at = 2 * RADIUS * np.array(STRAINS)
-            ratio = np.interp(at, approach, force) / rigid(one, at)
-            words = {f"at strain {e:g}": float(r) for e, r in zip(STRAINS, ratio, strict=True)}
-            rows.append({"shape": make.__name__, "turned by": angle, **words})
+def single_grains(lmp: Path, quick: bool) -> list[Row]:
+    """Forces of deformable over rigid grains, at several strains."""
+    rows: list[Row] = []
+    for make in GRAINS[:1] if quick else GRAINS:
+        one = cloud.mesh(make(RADIUS), SPACING)
+        with tempfile.TemporaryDirectory() as folder:
+            approach, force = deformable(lmp, one, Path(folder))
+        at = 2 * RADIUS * np.array(STRAINS)
+        ratio = np.interp(at, approach, force) / rigid(one, at)
+        words = {f"f at strain {e:g}": float(r) for e, r in zip(STRAINS, ratio, strict=True)}
+        rows.append({"grains": f"one {make.__name__}", **words})
     return rows
 
 
-def _pressed(text: str, motion: str, softer: float) -> str:
-    text = text.replace("{perturb}", "").replace("form bulk 4", f"form bulk {ALPHA * softer:.4g}")
-    return f"""{text.replace("{motion}", motion)}
+def _pressed(text: str, motion: str, wall: float, pair: float, duration: float) -> str:
+    text = text.replace("{perturb}", "").replace("{motion}", motion)
+    text = text.replace("form bulk 4", f"form bulk {ALPHA * pair:.4g}")
+    lines = [
+        f"{line} {CONTACT} {ALPHA * wall:.4g}" if "peridem/wall" in line else line
+        for line in text.splitlines()
+    ]
+    text = "\n".join(lines)
+    return f"""{text}
 variable now equal time
 fix record all ave/time 20 1 20 v_now f_lid[2] file lid.dat
-fix over all halt 20 v_now > {PRESS} error continue message no
+fix over all halt 20 v_now > {duration} error continue message no
 thermo_modify lost error
 run 10000000
 """
 
 
-def packing(lmp: Path, factor: float) -> dict[str, tuple[Array, Array]]:
-    """Displacement of the lid, m, and the force on it, N/m: averages over a twentieth of it."""
+def pressed(lmp: Path, factor: float, quick: bool) -> list[Row]:
+    """The force on a lid that sinks on fifteen grains, in twenty parts of its way."""
+    pair, duration = factor / (2.0 - factor), 0.1 * PRESS if quick else PRESS
     ways = {
-        "deformable": ("nve", 1.0),
-        "rigid": ("peridem/adapt eta 1e9", 1.0),
-        f"rigid, springs times {factor:.2g}": ("peridem/adapt eta 1e9", factor),
+        "deformable": ("nve", 1.0, 1.0),
+        "rigid": ("peridem/adapt eta 1e9", 1.0, 1.0),
+        f"rigid, springs times {factor:.2g} at walls, {pair:.2g} between grains": (
+            "peridem/adapt eta 1e9",
+            factor,
+            pair,
+        ),
     }
-    found = {}
-    with tempfile.TemporaryDirectory() as folder:
-        text = heap(Path(folder), 15, 4, LID, PRESS, 300.0, settled_by=lmp)
-        for name, (motion, softer) in ways.items():
-            timing.run(lmp, _pressed(text, motion, softer), Path(folder))
-            data = averages(Path(folder) / "lid.dat")
-            edges = np.linspace(0.0, PRESS, 21)
-            which = np.digitize(data["v_now"], edges) - 1
-            force = np.array([data["f_lid[2]"][which == k].mean() for k in range(20)])
-            found[name] = (LID * 0.5 * (edges[1:] + edges[:-1]), force)
-    return found
+    rows: list[Row] = []
+    edges, whole = np.linspace(0.0, duration, PARTS + 1), np.zeros(PARTS)
+    with tempfile.TemporaryDirectory() as place:
+        folder = Path(place)
+        fall = 1e-3 if quick else 40e-3
+        text = heap(folder, 15, 4, LID, duration, 300.0, settled_by=lmp, fall=fall)
+        for name, (motion, *factors) in ways.items():
+            timed = timing.run(lmp, _pressed(text, motion, *factors, duration), folder)
+            data = averages(folder / "lid.dat")
+            which = np.clip(np.digitize(data["v_now"], edges) - 1, 0, PARTS - 1)
+            count = np.maximum(np.bincount(which, minlength=PARTS), 1)
+            force = np.bincount(which, data["f_lid[2]"], minlength=PARTS) / count
+            whole = force if motion == "nve" else whole
+            difference = np.sqrt(np.sum((force - whole) ** 2) / max(np.sum(whole**2), 1e-300))
+            rows.append(
+                {
+                    "grains": f"fifteen, {name}",
+                    "force at the end, N/m": float(force[-1]),
+                    "difference": float(difference),
+                    "s": timed.seconds,
+                    f"{COURSE}the force": " ".join(f"{one:.4g}" for one in force),
+                }
+            )
+    return rows
 
 
-def main() -> None:
-    """Print the tables."""
-    options = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
-    options.add_argument("--picture", type=Path, help="force over displacement of the packing")
-    picture = options.parse_args().picture
-    lmp = find_lmp(None)
-    rows = single_grains(lmp)
-    print(table.markdown(rows), flush=True)
-    factors = np.array([float(str(row[f"at strain {STRAINS[1]:g}"])) for row in rows])
-    found = packing(lmp, float(np.median(factors)))
-    whole = found["deformable"][1]
-    compared: list[table.Row] = []
-    for name, (moved, force) in found.items():
-        forces = {f"{1e6 * moved[k]:.0f} um": float(force[k]) for k in (4, 9, 14, 19)}
-        error = float(np.sqrt(np.mean((force - whole) ** 2) / np.mean(whole**2)))
-        compared.append({"lid force, N/m": name, **forces, "difference": error})
-    print(table.markdown(compared))
-    if picture:
-        _draw(found, picture)
+def measure(lmp: Path, folder: Path, machine: Machine, quick: bool) -> list[Row]:
+    """Rows of single grains, then of the packing."""
+    rows = single_grains(lmp, quick)
+    return rows + pressed(lmp, _factor(rows), quick)
 
 
-def _draw(found: dict[str, tuple[Array, Array]], picture: Path) -> None:
+def _factor(rows: list[Row]) -> float:
+    """Of shapes that are equally many: their compliances add up."""
+    key = f"f at strain {STRAINS[1]:g}"
+    return len(rows) / sum(1.0 / float(str(row[key])) for row in rows)
+
+
+def comment(rows: list[Row], machine: Machine) -> str:
+    """What the columns mean."""
+    return f"""\
+f is the force of the deformable grain between plates over that of the rigid one with the same
+springs (`form bulk {ALPHA:g}`), so the factor by which springs of a rigid grain at a wall have to
+be softer; between two rigid grains it is f / (2 - f). The packing is settled, then pressed by a lid
+at {LID:g} m/s over {1e3 * LID * PRESS:g} mm; the difference is that of the force on the lid, root
+mean square over its way."""
+
+
+def plot(rows: list[Row], file: Path) -> None:
+    """The force on the lid over its way."""
     import matplotlib.pyplot as plt
 
-    figure, ax = plt.subplots(figsize=(4.5, 3.2))
-    for name, (moved, force) in found.items():
-        ax.plot(1e6 * moved, force, label=name)
-    ax.set(xlabel="displacement of the lid, um", ylabel="force on the lid, N/m")
-    ax.legend()
+    figure, ax = plt.subplots(figsize=(6.0, 3.6))
+    for row in rows:
+        if f"{COURSE}the force" not in row:
+            continue
+        force = np.array(str(row[f"{COURSE}the force"]).split(), dtype=float)
+        moved = (np.arange(len(force)) + 0.5) / len(force) * LID * PRESS
+        ax.plot(1e6 * moved, force, label=str(row["grains"]).removeprefix("fifteen, "))
+    ax.set(xlabel="way of the lid, um", ylabel="force on the lid, N/m")
+    low, high = ax.get_ylim()
+    soft = float(str(rows[-1]["force at the end, N/m"]))
+    ax.set_ylim(min(low, 0.0), min(high, 6.0 * max(soft, 1e-9)))
+    ax.legend(fontsize=7)
     figure.tight_layout()
-    figure.savefig(picture, dpi=150)
-
-
-if __name__ == "__main__":
-    main()
+    figure.savefig(file, dpi=150)
+    plt.close(figure)

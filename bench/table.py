@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 Row = dict[str, object]
+COURSE = "course of "  # columns of it hold many numbers, for pictures
 
 
 def write(rows: Sequence[Row], path: Path) -> None:
@@ -24,8 +25,8 @@ def read(path: Path) -> list[dict[str, str]]:
 
 
 def markdown(rows: Sequence[Row]) -> str:
-    """A table; the keys are its head, and what a row has not stays empty."""
-    head = _head(rows)
+    """A table; the keys are its head, and what a row has not stays empty.  Courses are left out."""
+    head = [key for key in _head(rows) if not key.startswith(COURSE)]
     lines = ["| " + " | ".join(head) + " |", "| " + " | ".join("---" for _ in head) + " |"]
     lines += [
         "| " + " | ".join(str(shown(row.get(key, ""))) for key in head) + " |" for row in rows

@@ -46,8 +46,8 @@ void PeridemAdaptInertia::find_prescribed()
 {
   free_bits = held_bits = 0;
   for (const auto *fix : modify->get_fix_list()) {
-    const bool told =
-        utils::strmatch(fix->style, "^move") || utils::strmatch(fix->style, "^nve/noforce");
+    const bool told = utils::strmatch(fix->style, "^move") ||
+        utils::strmatch(fix->style, "^nve/noforce");
     if (fix->time_integrate && !told) free_bits |= fix->groupbit;
     if (holds(fix)) held_bits |= fix->groupbit;
   }

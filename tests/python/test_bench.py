@@ -102,3 +102,31 @@ def test_levels_take_longer_steps_than_verlet(lmp: Path, tmp_path: Path) -> None
         assert float(rows[first]["over verlet"]) == 1.0
         assert steps[first] < steps[first + 1] < steps[first + 2] < steps[first + 3]
         assert steps[first + 3] < 3.1416 / 2 * 1.05 * steps[first]  # 1.05: verlet counts bonds too
+
+
+@pytest.mark.slow
+def test_adaptive_grains_are_compared_with_deformable_ones(
+    lmp: Path, tmp_path_factory: pytest.TempPathFactory
+) -> None:
+    results = tmp_path_factory.mktemp("adapt")
+    words = ["adapt", "series", "--quick", "--output", str(results), "--lmp", str(lmp)]
+    done = _bench("bench", *words)
+    assert done.returncode == 0, done.stdout + done.stderr
+    rows = _rows(results, "adapt")
+    assert len({row["scene"] for row in rows}) == 4
+    for row in rows:
+        whole = row["eta"].startswith("0 (all")
+        assert (float(row["gain"]) == 1.0) == whole
+        assert (float(row["awake"]) == 1.0) == whole
+        assert float(row["error: fragments"]) == 0.0  # so short that nothing breaks
+    page = (results / "report.md").read_text()
+    assert "The largest gain at errors no larger" in page
+    assert "course of" not in page
+    assert (results / "adapt.png").stat().st_size > 10_000
+    pressed = _rows(results, "series")
+    assert 0.01 < float(pressed[0]["f at strain 0.003"]) < 0.5  # a disc
+    assert [row["grains"].split(",")[1].strip() for row in pressed[1:]] == [
+        "deformable",
+        "rigid",
+        "rigid",
+    ]
