@@ -18,7 +18,12 @@ LMP = Path(os.environ.get("LAMMPS_LMP", REPOSITORY / "build" / "lmp")).resolve()
 # what a page says that it makes
 MADE = {
     "howto_first_script": ["out/first/grains.dump", "out/first/grains.png"],
-    "howto_first_python": ["out/nine/grains.png", "out/nine/grains.pvd", "out/ball/grains.dump"],
+    "howto_first_python": [
+        "out/nine/grains.png",
+        "out/nine/grains.pvd",
+        "out/lifted/grains.dump",
+        "out/ball/grains.dump",
+    ],
     "howto_peridem_deck": [
         "out/two/in.grains",
         "out/published/grains.dump",
