@@ -1,5 +1,7 @@
 """Scenes in stages: what one run has brought about is where the next one begins.
 
+::
+
     bed = Scene(title="Settling", ..., adapt="eta 1e9", rest=1e-3)
     run.run(bed.write("out/bed"))
     press = bed.after("out/bed", title="Pressing", walls=[*bed.walls, lid], duration=5e-3)

@@ -1,5 +1,7 @@
 """PeriDEM decks: YAML input files with their meshes and particle tables, as scenes.
 
+::
+
     deck = peridem.deck.load("input_0.yaml")
     print("\\n".join(deck.report))
     deck.scene.write("out/deck")
