@@ -79,6 +79,7 @@ void FixPeridemTimestep::init()
 {
   if (modify->get_fix_by_style("^peridem/timestep$").size() > 1)
     error->all(FLERR, Error::NOLASTLINE, "More than one fix {}", style);
+  stability.keep_styles();
 }
 
 /* ---------------------------------------------------------------------- */

@@ -369,6 +369,7 @@ FixPeridemWall::Power FixPeridemWall::power() const
 void FixPeridemWall::renew_list()
 {
   const bool new_indices = level.lists_are_new();
+  if (any_restitution) find_bodies(new_indices);
   if (!new_indices && !nearby.stale(*surface, motion)) return;
   nearby.build(*surface, motion, groupbit, largest_radius);
   if (new_indices && !surface->pushes_back()) check_lost();
@@ -548,7 +549,7 @@ void FixPeridemWall::impact(const Impact &one)
     push_power += push[m] * (one.foot.velocity[m] + motion.velocity[m]);
   }
   react(i, one.foot, push);
-  bodies->push(i, push, pushes.data());
+  bodies->push(i, push, spread);
 }
 
 /* ----------------------------------------------------------------------
@@ -607,16 +608,17 @@ void FixPeridemWall::add_work()
 
 /* ---------------------------------------------------------------------- */
 
-void FixPeridemWall::find_bodies()
+void FixPeridemWall::find_bodies(bool new_indices)
 {
-  pushes.assign(3 * (atom->nlocal + atom->nghost), 0.0);
   auto *contact = dynamic_cast<PairPeridemContact *>(lmp->force->pair_match("peridem/contact", 1));
   bodies = contact ? contact->moving_bodies() : nullptr;
-  if (!bodies) {
-    bodies = &own_bodies;
-    bodies->find(bonds);
-  }
+  if (bodies) return;
+  bodies = &own_bodies;
+  if (new_indices) bodies->sort_nodes(bonds);
+  bodies->forget();
 }
+
+/* ---------------------------------------------------------------------- */
 
 /* ----------------------------------------------------------------------
    a grain may touch a face at several nodes: that is one collision
@@ -631,12 +633,13 @@ void FixPeridemWall::find_collisions()
     for (int m = 0; m < 3; m++)
       one.approach -=
           (one.body.velocity[m] - one.foot.velocity[m] - motion.velocity[m]) * one.foot.normal[m];
-    collisions.add(-1 - one.foot.key, mol[one.node], one.elastic, one.approach, 0.0, 1.0);
+    collisions.add(-1 - one.foot.key, mol[one.node], one.elastic, one.approach, 0.0, 1.0,
+                   bodies->shared(one.node));
   }
   // contacts that are open for a moment remember too
   for (const int i : nearby.nodes())
     for (const auto &slot : memories.of(i))
-      collisions.add(-1 - slot.key, mol[i], 0.0, 0.0, slot.peak, 0.0);
+      collisions.add(-1 - slot.key, mol[i], 0.0, 0.0, slot.peak, 0.0, bodies->shared(i));
   collisions.merge();
 }
 
@@ -646,35 +649,33 @@ void FixPeridemWall::find_collisions()
 
 void FixPeridemWall::impact_pass()
 {
-  int mine = impacts.empty() ? 0 : 1, any;
-  MPI_Allreduce(&mine, &any, 1, MPI_INT, MPI_MAX, world);
-  pushing = any;
+  int any[2] = {!impacts.empty(), bodies->any_patch()};
+  MPI_Allreduce(MPI_IN_PLACE, any, 2, MPI_INT, MPI_MAX, world);
+  pushing = any[0];
   push_power = 0.0;
   if (!pushing) return;
 
-  find_bodies();
+  if (books.open) pushes.assign(3 * static_cast<std::size_t>(atom->nlocal), 0.0);
+  spread.begin(atom->f[0], atom->nlocal, any[1] ? atom->nghost : 0, books.open ? &pushes : nullptr);
+  bodies->start();
   find_collisions();
   for (const auto &one : impacts) impact(one);
-  comm->reverse_comm(this);
-  bodies->apply(pushes.data());
-  for (int i = 0; i < atom->nlocal; i++)
-    for (int m = 0; m < 3; m++) atom->f[i][m] += pushes[3 * i + m];
+  if (any[1]) comm->reverse_comm(this);
+  bodies->apply(spread);
 }
 
 /* ---------------------------------------------------------------------- */
 
 int FixPeridemWall::pack_reverse_comm(int n, int first, double *buf)
 {
-  for (int m = 0; m < 3 * n; m++) buf[m] = pushes[3 * first + m];
-  return 3 * n;
+  return spread.pack(n, first, buf);
 }
 
 /* ---------------------------------------------------------------------- */
 
 void FixPeridemWall::unpack_reverse_comm(int n, int *list, double *buf)
 {
-  for (int m = 0; m < n; m++)
-    for (int k = 0; k < 3; k++) pushes[3 * list[m] + k] += buf[3 * m + k];
+  spread.unpack(n, list, buf);
 }
 
 /* ---------------------------------------------------------------------- */

@@ -98,7 +98,8 @@ class FixPeridemWall : public Fix {
   bool any_restitution{false};
   PeridemBodies own_bodies;    // that collide, unless the contact pair style has them
   PeridemBodies *bodies{nullptr};
-  std::vector<double> pushes;    // forces that collisions lose energy by, of all nodes
+  PeridemSpread spread;          // forces that collisions lose energy by
+  std::vector<double> pushes;    // the same on owned nodes, while energies are booked
   struct Impact {                // a contact of this step that loses energy by restitution
     int node;
     PeridemSurface::Foot foot;
@@ -159,7 +160,7 @@ class FixPeridemWall : public Fix {
   void impact(const Impact &);
   void impact_pass();
   void react(int i, const PeridemSurface::Foot &, const double *on_node);
-  void find_bodies();
+  void find_bodies(bool new_indices);
   void find_collisions();
   void book(int i, const PeridemSurface::Foot &, double lossy, const double *drag,
             const double *direct);

@@ -363,7 +363,6 @@ void PairPeridemContact::compute(int eflag, int vflag)
   advance = update->setupflag == 0;
   dt = level.dt();
   impacts.clear();
-  bodies_found = false;
   if (books.open) books.clear(atom->nlocal);
   if (any_springs) {
     touch_all<true>();
@@ -389,23 +388,42 @@ template <bool HISTORY> void PairPeridemContact::touch_all()
       const double d[3] = {x[j][0] - xi, x[j][1] - yi, x[j][2] - zi};
       const double rsq = d[0] * d[0] + d[1] * d[1] + d[2] * d[2];
       const auto &law = laws[index(type[i], type[j])];
-      if (rsq < rcsq_i[type[j]])
-        touch(i, j, law.radius, rsq, d, HISTORY ? &candidate_springs[k] : nullptr);
-      else if (HISTORY && candidate_springs[k].known)
-        part(law, std::sqrt(rsq) - law.radius, candidate_springs[k]);
+      if (rsq < rcsq_i[type[j]]) {
+        if (HISTORY && memories[k] < 0) memories[k] = remember(i, j);
+        touch(i, j, law.radius, rsq, d, HISTORY ? memories[k] : -1);
+      } else if (HISTORY && memories[k] >= 0)
+        part(law, std::sqrt(rsq) - law.radius, memories[k]);
     }
   }
-  for (std::size_t k = 0; k < fragments.size(); k++) {
-    const auto &pair = fragments[k];
+  for (auto &pair : fragments) {
     const double *const xi = x[pair.i], *const xj = x[pair.j];
     const double d[3] = {xj[0] - xi[0], xj[1] - xi[1], xj[2] - xi[2]};
     const double rsq = d[0] * d[0] + d[1] * d[1] + d[2] * d[2];
-    if (rsq < pair.distance * pair.distance)
-      touch(pair.i, pair.j, pair.distance, rsq, d, HISTORY ? &fragment_springs[k] : nullptr);
-    else if (HISTORY && fragment_springs[k].known)
-      part(laws[index(type[pair.i], type[pair.j])], std::sqrt(rsq) - pair.distance,
-           fragment_springs[k]);
+    if (rsq < pair.distance * pair.distance) {
+      if (HISTORY && pair.memory < 0) pair.memory = remember(pair.i, pair.j);
+      touch(pair.i, pair.j, pair.distance, rsq, d, pair.memory);
+    } else if (HISTORY && pair.memory >= 0)
+      part(laws[index(type[pair.i], type[pair.j])], std::sqrt(rsq) - pair.distance, pair.memory);
   }
+}
+
+/* ----------------------------------------------------------------------
+   a new contact: the place of what it will remember
+------------------------------------------------------------------------- */
+
+int PairPeridemContact::remember(int i, int j)
+{
+  Spring fresh;
+  fresh.i = i;
+  fresh.j = j;
+  if (free_springs.empty()) {
+    springs.push_back(fresh);
+    return static_cast<int>(springs.size()) - 1;
+  }
+  const int place = free_springs.back();
+  free_springs.pop_back();
+  springs[place] = fresh;
+  return place;
 }
 
 /* ----------------------------------------------------------------------
@@ -413,10 +431,14 @@ template <bool HISTORY> void PairPeridemContact::touch_all()
    until the gap is wide
 ------------------------------------------------------------------------- */
 
-void PairPeridemContact::part(const PeridemContactLaw &law, double gap, Spring &spring) const
+void PairPeridemContact::part(const PeridemContactLaw &law, double gap, int &memory)
 {
+  auto &spring = springs[memory];
   for (double &slip : spring.slip) slip = 0.0;
-  if (gap >= law.lingering_gap(spring.deepest, neighbor->skin)) spring = Spring();
+  if (gap < law.lingering_gap(spring.deepest, neighbor->skin)) return;
+  spring.i = spring.j = -1;
+  free_springs.push_back(memory);
+  memory = -1;
 }
 
 /* ----------------------------------------------------------------------
@@ -438,8 +460,6 @@ void PairPeridemContact::pick_candidates()
   row_first.assign(1, 0);
   candidates.clear();
   fragments.clear();
-  candidate_springs.clear();
-  fragment_springs.clear();
   for (int ii = 0; ii < list->inum; ii++) {
     const int i = list->ilist[ii];
     const int *const jlist = list->firstneigh[i];
@@ -457,28 +477,40 @@ void PairPeridemContact::pick_candidates()
     row_first.push_back(static_cast<int>(candidates.size()));
   }
 
-  if (!any_springs) return;
-  candidate_springs.resize(candidates.size());
-  for (std::size_t row = 0; row < row_node.size(); row++)
-    for (int k = row_first[row]; k < row_first[row + 1]; k++)
-      find_spring(row_node[row], candidates[k], candidate_springs[k]);
-  for (std::size_t k = 0; k < fragments.size(); k++)
-    find_spring(fragments[k].i, fragments[k].j, fragment_springs[k]);
+  if (any_restitution) bodies.sort_nodes(bonds);
+  find_springs();
 }
 
 /* ----------------------------------------------------------------------
-   the spring that a pair had before its nodes migrated
+   what pairs remembered before their nodes migrated
 ------------------------------------------------------------------------- */
 
-void PairPeridemContact::find_spring(int i, int j, Spring &spring) const
+void PairPeridemContact::find_springs()
+{
+  springs.clear();
+  free_springs.clear();
+  if (!any_springs) return;
+  memories.resize(candidates.size());
+  for (std::size_t row = 0; row < row_node.size(); row++)
+    for (int k = row_first[row]; k < row_first[row + 1]; k++)
+      memories[k] = find_spring(row_node[row], candidates[k]);
+  for (auto &pair : fragments) pair.memory = find_spring(pair.i, pair.j);
+}
+
+/* ---------------------------------------------------------------------- */
+
+int PairPeridemContact::find_spring(int i, int j)
 {
   for (const auto &one : history->rows[i])
     if (one.tag == atom->tag[j]) {
+      const int place = remember(i, j);
+      auto &spring = springs[place];
       for (int m = 0; m < 3; m++) spring.slip[m] = one.slip[m];
       spring.peak = one.peak;
       spring.deepest = one.deepest;
-      spring.known = true;
+      return place;
     }
+  return -1;
 }
 
 /* ----------------------------------------------------------------------
@@ -487,18 +519,13 @@ void PairPeridemContact::find_spring(int i, int j, Spring &spring) const
 
 void PairPeridemContact::store_springs(FixPeridemHistory &fix) const
 {
-  auto store = [&](int i, int j, const Spring &one) {
-    if (!one.known) return;
+  for (const auto &one : springs) {
+    if (one.i < 0) continue;
     const double *const s = one.slip;
-    fix.rows[i].push_back({atom->tag[j], {s[0], s[1], s[2]}, one.peak, one.deepest});
-    if (j < atom->nlocal)
-      fix.rows[j].push_back({atom->tag[i], {-s[0], -s[1], -s[2]}, one.peak, one.deepest});
-  };
-  for (std::size_t row = 0; row < row_node.size(); row++)
-    for (int k = row_first[row]; k < row_first[row + 1]; k++)
-      store(row_node[row], candidates[k], candidate_springs[k]);
-  for (std::size_t k = 0; k < fragments.size(); k++)
-    store(fragments[k].i, fragments[k].j, fragment_springs[k]);
+    fix.rows[one.i].push_back({atom->tag[one.j], {s[0], s[1], s[2]}, one.peak, one.deepest});
+    if (one.j < atom->nlocal)
+      fix.rows[one.j].push_back({atom->tag[one.i], {-s[0], -s[1], -s[2]}, one.peak, one.deepest});
+  }
 }
 
 /* ----------------------------------------------------------------------
@@ -513,8 +540,7 @@ void PairPeridemContact::add_fragment(int i, int j)
   double d[3] = {X[j][0] - X[i][0], X[j][1] - X[i][1], X[j][2] - X[i][2]};
   PeridemCompat::minimum_image(domain, d);
   const double R = std::sqrt(d[0] * d[0] + d[1] * d[1] + d[2] * d[2]);
-  fragments.push_back({i, j, MIN(law.radius, R)});
-  if (any_springs) fragment_springs.emplace_back();
+  fragments.push_back({i, j, MIN(law.radius, R), -1});
 }
 
 /* ----------------------------------------------------------------------
@@ -574,7 +600,7 @@ void PairPeridemContact::check_overlaps()
 ------------------------------------------------------------------------- */
 
 void PairPeridemContact::touch(int i, int j, double distance, double rsq, const double *d,
-                               Spring *spring)
+                               int memory)
 {
   double **v = atom->v, **f = atom->f;
   const int nlocal = atom->nlocal;
@@ -606,7 +632,7 @@ void PairPeridemContact::touch(int i, int j, double distance, double rsq, const 
       const double mi = atom->rmass[i], mj = atom->rmass[j];
       double drag[3];
       law.tangential({k, beta, fn, mi * mj / (mi + mj), dt, advance, n}, slide,
-                     spring ? spring->slip : nullptr, drag);
+                     memory >= 0 ? springs[memory].slip : nullptr, drag);
       for (int m = 0; m < 3; m++) total[m] += drag[m];
       if (books.open) book(i, j, books.friction, drag);
     }
@@ -616,15 +642,12 @@ void PairPeridemContact::touch(int i, int j, double distance, double rsq, const 
       book(i, j, books.damping, dashpot);
     }
   }
-  if (spring) {
-    spring->known = true;
-    spring->deepest = MAX(spring->deepest, distance - r);
-  }
+  if (memory >= 0) springs[memory].deepest = MAX(springs[memory].deepest, distance - r);
   if (adapt) {
     adapt->note_spring(i, k);
     if (j < nlocal) adapt->note_spring(j, k);
   }
-  if (law.uses_restitution()) impacts.push_back({i, j, fn, spring, {n[0], n[1], n[2]}, 0.0});
+  if (law.uses_restitution()) impacts.push_back({i, j, fn, memory, {n[0], n[1], n[2]}, 0.0});
 
   for (int m = 0; m < 3; m++) f[i][m] += total[m];
   if (j < nlocal)
@@ -655,21 +678,19 @@ template <class Visit> void PairPeridemContact::for_touching(Visit visit) const
 {
   if (!indices_valid()) return;
   double **x = atom->x;
-  auto look = [&](int i, int j, double distance, const Spring *spring) {
+  auto look = [&](int i, int j, double distance, int memory) {
     double rsq = 0.0;
     for (int m = 0; m < 3; m++) rsq += (x[j][m] - x[i][m]) * (x[j][m] - x[i][m]);
     if (rsq < distance * distance)
-      visit(i, j, distance - std::sqrt(rsq), spring, j < atom->nlocal ? 1.0 : 0.5);
+      visit(i, j, distance - std::sqrt(rsq), memory < 0 ? nullptr : &springs[memory],
+            j < atom->nlocal ? 1.0 : 0.5);
   };
   for (std::size_t row = 0; row < row_node.size(); row++)
     for (int k = row_first[row]; k < row_first[row + 1]; k++) {
       const int i = row_node[row], j = candidates[k];
-      look(i, j, laws[index(atom->type[i], atom->type[j])].radius,
-           any_springs ? &candidate_springs[k] : nullptr);
+      look(i, j, laws[index(atom->type[i], atom->type[j])].radius, any_springs ? memories[k] : -1);
     }
-  for (std::size_t k = 0; k < fragments.size(); k++)
-    look(fragments[k].i, fragments[k].j, fragments[k].distance,
-         any_springs ? &fragment_springs[k] : nullptr);
+  for (const auto &pair : fragments) look(pair.i, pair.j, pair.distance, pair.memory);
 }
 
 /* ---------------------------------------------------------------------- */
@@ -705,15 +726,17 @@ double PairPeridemContact::spring_energy() const
 void PairPeridemContact::impact_pass()
 {
   const int nlocal = atom->nlocal, nall = nlocal + atom->nghost;
-  int mine = impacts.empty() ? 0 : 1, any;
-  MPI_Allreduce(&mine, &any, 1, MPI_INT, MPI_MAX, world);
-  bodies_found = any;
-  if (!bodies_found) return;
+  bodies.forget();
+  moved = update->ntimestep;
+  int any[2] = {!impacts.empty(), bodies.any_patch()};
+  MPI_Allreduce(MPI_IN_PLACE, any, 2, MPI_INT, MPI_MAX, world);
+  if (!any[0]) return;
 
-  bodies.find(bonds);
+  bodies.start();
   body_of.resize(nall);
   has_body.assign(nall, 0);
-  spread.assign(3 * nall, 0.0);
+  spread.begin(atom->f[0], nlocal, any[1] ? atom->nghost : 0,
+               books.open ? &books.damping : nullptr);
   for (const auto &impact : impacts) {
     find_body(impact.i);
     if (impact.j < nlocal) find_body(impact.j);
@@ -722,12 +745,8 @@ void PairPeridemContact::impact_pass()
   find_collisions();
   for (const auto &impact : impacts) add_impact(impact);
 
-  comm->reverse_comm(this);    // patches may have ghosts among their nodes
-  bodies.apply(spread.data());
-  for (int i = 0; i < nlocal; i++)
-    for (int m = 0; m < 3; m++) atom->f[i][m] += spread[3 * i + m];
-  if (books.open)
-    for (int i = 0; i < nlocal; i++) PeridemBooks::add(books.damping, i, &spread[3 * i]);
+  if (any[1]) comm->reverse_comm(this);    // patches may have ghosts among their nodes
+  bodies.apply(spread);
 }
 
 /* ---------------------------------------------------------------------- */
@@ -737,7 +756,7 @@ void PairPeridemContact::add_impact(const Impact &impact)
   const int i = impact.i, j = impact.j, nlocal = atom->nlocal;
   const auto &bi = body_of[i], &bj = body_of[j];
   const auto &collision = collisions.of(atom->molecule[i], atom->molecule[j]);
-  double &peak = impact.spring->peak;
+  double &peak = springs[impact.spring].peak;
   if (atom->molecule[i] && atom->molecule[j]) peak = MAX(peak, collision.peak);
   const double approach = bi.whole && bj.whole ? collision.approach() : impact.approach;
   if (advance) peak = MAX(peak, approach);
@@ -752,24 +771,11 @@ void PairPeridemContact::add_impact(const Impact &impact)
     pull[m] = -push[m];
     centres[m] = bi.offset[m] - (atom->x[j][m] - atom->x[i][m]) - bj.offset[m];
   }
-  bodies.push(i, push, spread.data());
-  if (j < nlocal) bodies.push(j, pull, spread.data());
+  bodies.push(i, push, spread);
+  if (j < nlocal) bodies.push(j, pull, spread);
   if (evflag)
     ev_tally_xyz(i, j, nlocal, 0, 0.0, 0.0, push[0], push[1], push[2], centres[0], centres[1],
                  centres[2]);
-}
-
-/* ----------------------------------------------------------------------
-   visit(i, j, spring) for every pair that has touched in a collision that is not over
-------------------------------------------------------------------------- */
-
-template <class Visit> void PairPeridemContact::for_springs(Visit visit) const
-{
-  for (std::size_t row = 0; row < row_node.size(); row++)
-    for (int k = row_first[row]; k < row_first[row + 1]; k++)
-      if (candidate_springs[k].known) visit(row_node[row], candidates[k], candidate_springs[k]);
-  for (std::size_t k = 0; k < fragments.size(); k++)
-    if (fragment_springs[k].known) visit(fragments[k].i, fragments[k].j, fragment_springs[k]);
 }
 
 /* ---------------------------------------------------------------------- */
@@ -777,18 +783,24 @@ template <class Visit> void PairPeridemContact::for_springs(Visit visit) const
 void PairPeridemContact::find_collisions()
 {
   const tagint *const mol = atom->molecule;
+  const int nlocal = atom->nlocal;
+  auto elsewhere = [&](int i, int j) {
+    return j >= nlocal || bodies.shared(i) || bodies.shared(j);
+  };
   collisions.clear();
   for (auto &impact : impacts) {
     const auto &bi = body_of[impact.i], &bj = body_of[impact.j];
     impact.approach = 0.0;
     for (int m = 0; m < 3; m++) impact.approach -= impact.n[m] * (bj.velocity[m] - bi.velocity[m]);
     collisions.add(mol[impact.i], mol[impact.j], impact.elastic, impact.approach,
-                   impact.spring->peak, impact.j < atom->nlocal ? 1.0 : 0.5);
+                   springs[impact.spring].peak, impact.j < nlocal ? 1.0 : 0.5,
+                   elsewhere(impact.i, impact.j));
   }
   // contacts that are open for a moment remember too
-  for_springs([&](int i, int j, const Spring &spring) {
-    collisions.add(mol[i], mol[j], 0.0, 0.0, spring.peak, 0.0);
-  });
+  for (const auto &spring : springs)
+    if (spring.i >= 0)
+      collisions.add(mol[spring.i], mol[spring.j], 0.0, 0.0, spring.peak, 0.0,
+                     elsewhere(spring.i, spring.j));
   collisions.merge();
 }
 
@@ -821,16 +833,14 @@ void PairPeridemContact::unpack_forward_comm(int n, int first, double *buf)
 
 int PairPeridemContact::pack_reverse_comm(int n, int first, double *buf)
 {
-  for (int m = 0; m < 3 * n; m++) buf[m] = spread[3 * first + m];
-  return 3 * n;
+  return spread.pack(n, first, buf);
 }
 
 /* ---------------------------------------------------------------------- */
 
 void PairPeridemContact::unpack_reverse_comm(int n, int *list, double *buf)
 {
-  for (int m = 0; m < n; m++)
-    for (int k = 0; k < 3; k++) spread[3 * list[m] + k] += buf[3 * m + k];
+  spread.unpack(n, list, buf);
 }
 
 /* ---------------------------------------------------------------------- */
@@ -845,7 +855,7 @@ double PairPeridemContact::lightest(int itype) const
    touch up to three others at a time in 2d, four in 3d; contacts beyond that are looked at.
 ------------------------------------------------------------------------- */
 
-double PairPeridemContact::largest_frequency_sq() const
+double PairPeridemContact::largest_frequency_sq()
 {
   double largest = 0.0;
   const double most = domain->dimension + 1;    // nodes touched at a time
@@ -860,15 +870,24 @@ double PairPeridemContact::largest_frequency_sq() const
 
   // the contacts that are there now
 
-  std::vector<double> sum(atom->nlocal + atom->nghost, 0.0);
+  auto &sum = springs_at;    // zero where nothing touches
+  sum.resize(atom->nlocal + atom->nghost, 0.0);
+  touched.clear();
+  auto add = [&](int i, double k) {
+    if (sum[i] == 0.0) touched.push_back(i);
+    sum[i] += k;
+  };
   for_touching([&](int i, int j, double, const Spring *, double) {
     const double k =
         laws[index(atom->type[i], atom->type[j])].spring(atom->vfrac[i], atom->vfrac[j]);
-    sum[i] += k;
-    sum[j] += k;
+    add(i, k);
+    add(j, k);
   });
-  for (int i = 0; i < atom->nlocal; i++)
-    if (!adapt || adapt->moves_alone(i)) largest = MAX(largest, 2.0 * sum[i] / atom->rmass[i]);
+  for (const int i : touched) {
+    if (i < atom->nlocal && (!adapt || adapt->moves_alone(i)))
+      largest = MAX(largest, 2.0 * sum[i] / atom->rmass[i]);
+    sum[i] = 0.0;
+  }
   MPI_Allreduce(MPI_IN_PLACE, &largest, 1, MPI_DOUBLE, MPI_MAX, world);
   return largest;
 }
@@ -932,6 +951,7 @@ double PairPeridemContact::memory_usage()
 {
   return Pair::memory_usage() + sizeof(int) * static_cast<double>(candidates.capacity()) +
       sizeof(FragmentPair) * static_cast<double>(fragments.capacity()) +
-      sizeof(Spring) * static_cast<double>(candidate_springs.capacity()) +
+      sizeof(int) * static_cast<double>(memories.capacity()) +
+      sizeof(Spring) * static_cast<double>(springs.capacity()) +
       sizeof(PeridemBody) * static_cast<double>(body_of.capacity()) + bodies.memory_usage();
 }

@@ -26,6 +26,7 @@ PairStyle(peridem/contact,PairPeridemContact);
 #include "peridem_contact_law.h"
 #include "peridem_grains.h"
 #include "peridem_level.h"
+#include "update.h"
 
 #include <vector>
 
@@ -57,15 +58,15 @@ class PairPeridemContact : public Pair {
   int pack_reverse_comm(int, int, double *) override;
   void unpack_reverse_comm(int, int *, double *) override;
 
-  // the bodies that collide, if the last force evaluation summed them up
-  PeridemBodies *moving_bodies() { return bodies_found ? &bodies : nullptr; }
+  // the bodies that collide, of this force evaluation; null without restitution
+  PeridemBodies *moving_bodies() { return moved == update->ntimestep ? &bodies : nullptr; }
 
   // what pair_coeff said of a type with itself, and what is known of it: walls start from there
   bool covers(int itype) const { return !given.empty() && setflag[itype][itype]; }
   const PeridemContactGiven &own(int itype) const { return given[index(itype, itype)]; }
 
   // bounds over the contacts that are and the stiffest that can be; collective
-  double largest_frequency_sq() const;
+  double largest_frequency_sq();
   double largest_dashpot_ratio() const;
 
   // for the energy ledger: forces that take energy away; energy of overlaps and of tangential
@@ -100,21 +101,25 @@ class PairPeridemContact : public Pair {
   struct FragmentPair {
     int i, j;
     double distance;
+    int memory;    // as of candidates
   };
   std::vector<int> row_node, row_first, candidates;
+  std::vector<int>
+      memories;    // of candidates: what they remember, a place in springs; -1 = nothing
   std::vector<FragmentPair> fragments;
   std::size_t broken_seen{0};
   int list_nlocal{-1};    // owned nodes when the candidates were picked
 
-  // what a contact remembers: slip of the other node, how fast it came, how deep the two overlapped;
-  // known from the first touch until the collision is over
+  // what a contact remembers from its first touch until the collision is over: slip of the other
+  // node, how fast it came, how deep the two overlapped.  Few candidates touch.
   struct Spring {
+    int i, j;    // -1: free
     double slip[3]{0.0, 0.0, 0.0};
     double peak{0.0};
     double deepest{0.0};
-    bool known{false};
   };
-  std::vector<Spring> candidate_springs, fragment_springs;
+  std::vector<Spring> springs;
+  std::vector<int> free_springs;
   FixPeridemHistory *history{nullptr};
   bool live{false};    // the springs here are newer than those of the fix
   bool advance{true};
@@ -129,16 +134,19 @@ class PairPeridemContact : public Pair {
   struct Impact {
     int i, j;
     double elastic;
-    Spring *spring;
+    int spring;
     double n[3], approach;    // from i to j; speed of the bodies along it, as rigid ones
   };
   std::vector<Impact> impacts;
   PeridemBodies bodies;
   PeridemCollisions collisions;
-  bool bodies_found{false};            // in the last force evaluation
   std::vector<PeridemBody> body_of;    // of owned and ghost nodes that touch
   std::vector<char> has_body;
-  std::vector<double> spread;    // forces on bodies, of owned and ghost nodes
+  PeridemSpread spread;    // forces on bodies
+  bigint moved{-1};        // the step at which bodies was used last
+
+  std::vector<double> springs_at;    // of owned and ghost nodes, for the bound on frequencies
+  std::vector<int> touched;
 
   std::size_t index(int itype, int jtype) const { return itype * (ntypes + 1) + jtype; }
   bool indices_valid() const { return list_nlocal == atom->nlocal; }
@@ -155,16 +163,17 @@ class PairPeridemContact : public Pair {
   void add_broken_bonds();
   void check_overlaps();
   template <bool HISTORY> void touch_all();
-  void touch(int i, int j, double distance, double rsq, const double *d, Spring *spring);
+  void touch(int i, int j, double distance, double rsq, const double *d, int memory);
   void find_body(int i);
-  void part(const PeridemContactLaw &, double gap, Spring &) const;
+  int remember(int i, int j);
+  void part(const PeridemContactLaw &, double gap, int &memory);
   void find_collisions();
   void add_impact(const Impact &);
-  template <class Visit> void for_springs(Visit) const;
   void book(int i, int j, std::vector<double> &forces, const double *force);
   template <class Visit> void for_touching(Visit) const;
   void impact_pass();
-  void find_spring(int i, int j, Spring &) const;
+  int find_spring(int i, int j);
+  void find_springs();
 };
 
 }    // namespace LAMMPS_NS

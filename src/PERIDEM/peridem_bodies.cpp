@@ -18,18 +18,21 @@
 #include "fix_peridem_bonds.h"
 
 #include "atom.h"
+#include "comm.h"
 #include "domain.h"
-#include "error.h"
 
 #include <algorithm>
+#include <type_traits>
+#include <unordered_map>
 
 using namespace LAMMPS_NS;
 
-// a table by molecule-ID beyond this would not fit beside a simulation
-static constexpr tagint MAXGRAIN = 20000000;
-
 // nodes are on one line if their smallest moment of inertia is this small a part of the others
 static constexpr double THIN = 1e-10;
+
+// what is left of a moment of inertia about the centre of mass is rounding below this part of that
+// about the origin of the sums
+static constexpr double ROUNDING = 1e-12;
 
 /* ---------------------------------------------------------------------- */
 
@@ -123,120 +126,284 @@ void PeridemMotion::turn(const double *momentum, const double *I)
 
 /* ---------------------------------------------------------------------- */
 
-PeridemBodies::PeridemBodies(LAMMPS *lmp) : Pointers(lmp) {}
+PeridemBodies::PeridemBodies(LAMMPS *lmp) : Pointers(lmp), sharing(lmp) {}
 
 /* ---------------------------------------------------------------------- */
 
-void PeridemBodies::find(const FixPeridemBonds *_bonds)
+void PeridemBodies::sort_nodes(const FixPeridemBonds *_bonds)
 {
   bonds = _bonds;
-  if (natoms_seen != atom->natoms) find_highest();
-  find_places();
-  find_spins();
-  pushes.assign(highest + 1, Push());
-}
+  const auto ids = find_grains();
+  sharing.find(ids);
+  for (const int g : sharing.shared()) grains[g].shared = true;
+  find_origins();
 
-/* ---------------------------------------------------------------------- */
-
-void PeridemBodies::find_highest()
-{
-  natoms_seen = atom->natoms;
-  highest = 0;
-  for (int i = 0; i < atom->nlocal; i++) highest = MAX(highest, atom->molecule[i]);
-  MPI_Allreduce(MPI_IN_PLACE, &highest, 1, MPI_LMP_TAGINT, MPI_MAX, world);
-  if (highest > MAXGRAIN)
-    error->all(FLERR, Error::NOLASTLINE,
-               "restitution keeps a table by molecule-ID: {} is larger than {}; number the grains "
-               "anew (reset_atoms mol)",
-               highest, MAXGRAIN);
-}
-
-/* ---------------------------------------------------------------------- */
-
-void PeridemBodies::find_places()
-{
-  unwrap();
-  constexpr int N = 8;    // mass, place, velocity, broken bonds
-  sums.assign(N * static_cast<std::size_t>(highest + 1), 0.0);
-  for (int i = 0; i < atom->nlocal; i++) {
-    double *const sum = &sums[N * atom->molecule[i]];
-    const double m = atom->rmass[i], *const x = &arms[3 * i];
-    sum[0] += m;
-    for (int k = 0; k < 3; k++) {
-      sum[1 + k] += m * x[k];
-      sum[4 + k] += m * atom->v[i][k];
-    }
-    if (bonds) sum[7] += bonds->nref[i] - MAX(bonds->num[i], 0);
+  any_broken = false;
+  if (bonds) {
+    broken_seen = bonds->broken.size();
+    for (int i = 0; i < atom->nlocal; i++)
+      if (grain_of[i] >= 0 && bonds->nref[i] != MAX(bonds->num[i], 0))
+        grains[grain_of[i]].broken = any_broken = true;
   }
-  MPI_Allreduce(MPI_IN_PLACE, sums.data(), static_cast<int>(sums.size()), MPI_DOUBLE, MPI_SUM,
-                world);
-  grains.assign(highest + 1, PeridemMotion());
-  broken.assign(highest + 1, 0);
-  for (tagint mol = 0; mol <= highest; mol++) {
-    const double *const sum = &sums[N * mol];
-    auto &grain = grains[mol];
-    broken[mol] = sum[7] != 0.0;
-    if (!(sum[0] > 0.0)) continue;
-    grain.mass = sum[0];
-    for (int k = 0; k < 3; k++) {
-      grain.place[k] = sum[1 + k] / sum[0];
-      grain.velocity[k] = sum[4 + k] / sum[0];
-    }
-  }
-  for (int i = 0; i < atom->nlocal; i++)
-    for (int k = 0; k < 3; k++) arms[3 * i + k] -= grains[atom->molecule[i]].place[k];
+  pushed.clear();
+  started = false;
 }
 
 /* ----------------------------------------------------------------------
-   about the centres of mass: sums about the origin would lose digits far away from it
+   owned nodes grain by grain; returns the molecule-IDs of the grains, ascending
 ------------------------------------------------------------------------- */
 
-void PeridemBodies::find_spins()
+std::vector<tagint> PeridemBodies::find_grains()
 {
-  constexpr int N = 9;    // angular momentum, tensor of inertia
-  sums.assign(N * static_cast<std::size_t>(highest + 1), 0.0);
-  for (int i = 0; i < atom->nlocal; i++) {
-    if (!whole(i)) continue;
-    double *const sum = &sums[N * atom->molecule[i]];
-    const double *const arm = arm_of(i);
-    add_cross(arm, atom->v[i], atom->rmass[i], sum);
-    add_inertia(atom->rmass[i], arm, sum + 3);
+  const tagint *const mol = atom->molecule;
+  const int nlocal = atom->nlocal;
+  std::unordered_map<tagint, int> numbers_of;
+  loose = false;
+  for (int i = 0; i < nlocal; i++)
+    if (mol[i] == 0)
+      loose = true;
+    else if (i == 0 || mol[i] != mol[i - 1])
+      numbers_of.emplace(mol[i], 0);
+  std::vector<tagint> ids;
+  ids.reserve(numbers_of.size());
+  for (const auto &entry : numbers_of) ids.push_back(entry.first);
+  std::sort(ids.begin(), ids.end());
+  for (std::size_t g = 0; g < ids.size(); g++) numbers_of[ids[g]] = static_cast<int>(g);
+
+  grain_of.resize(nlocal);
+  grains.assign(ids.size(), Grain());
+  for (int i = 0; i < nlocal; i++) {
+    const bool same = i > 0 && mol[i] == mol[i - 1];
+    grain_of[i] = same ? grain_of[i - 1] : (mol[i] == 0 ? -1 : numbers_of[mol[i]]);
+    if (grain_of[i] >= 0) grains[grain_of[i]].last++;    // counts, so far
   }
-  MPI_Allreduce(MPI_IN_PLACE, sums.data(), static_cast<int>(sums.size()), MPI_DOUBLE, MPI_SUM,
-                world);
-  for (tagint mol = 1; mol <= highest; mol++) grains[mol].turn(&sums[N * mol], &sums[N * mol + 3]);
-}
-
-/* ---------------------------------------------------------------------- */
-
-bool PeridemBodies::whole(int i) const
-{
-  const tagint mol = atom->molecule[i];
-  return mol != 0 && !broken[mol];
+  int at = 0;
+  for (auto &grain : grains) {
+    grain.first = at;
+    at += grain.last;
+    grain.last = grain.first;
+  }
+  nodes.resize(at);
+  for (int i = 0; i < nlocal; i++)
+    if (grain_of[i] >= 0) nodes[grains[grain_of[i]].last++] = i;
+  return ids;
 }
 
 /* ----------------------------------------------------------------------
-   places of owned nodes in the open; find_places() makes arms of them
+   sums about an origin far away would lose digits; all ranks have the same one
 ------------------------------------------------------------------------- */
 
-void PeridemBodies::unwrap()
+void PeridemBodies::find_origins()
 {
-  arms.resize(3 * static_cast<std::size_t>(atom->nlocal));
-  for (int i = 0; i < atom->nlocal; i++) domain->unmap(atom->x[i], atom->image[i], &arms[3 * i]);
+  const bool periodic = domain->xperiodic || domain->yperiodic || domain->zperiodic;
+  for (auto &grain : grains) {
+    grain.unwrap = periodic && grain.shared;
+    for (int n = grain.first; n < grain.last && periodic && !grain.unwrap; n++)
+      grain.unwrap = atom->image[nodes[n]] != atom->image[nodes[grain.first]];
+    const auto whole = sum(grain);
+    for (int k = 0; k < 3; k++) grain.origin[k] = whole.place[k] / whole.mass;
+  }
+
+  constexpr int N = 4;
+  numbers.clear();
+  for (const int g : sharing.shared()) {
+    const auto &grain = grains[g];
+    numbers.push_back(grain.last - grain.first);
+    for (const double x : grain.origin) numbers.push_back(x * (grain.last - grain.first));
+  }
+  sharing.sum(numbers, N);
+  const double *of_grain = numbers.data();
+  for (const int g : sharing.shared()) {
+    for (int k = 0; k < 3; k++) grains[g].origin[k] = of_grain[1 + k] / of_grain[0];
+    of_grain += N;
+  }
+}
+
+/* ----------------------------------------------------------------------
+   bonds that have broken since local indices were new
+------------------------------------------------------------------------- */
+
+void PeridemBodies::note_broken()
+{
+  if (!bonds) return;
+  for (; broken_seen < bonds->broken.size(); broken_seen++) {
+    const int g = grain_of[bonds->broken[broken_seen].i];
+    if (g >= 0) grains[g].broken = any_broken = true;
+  }
 }
 
 /* ---------------------------------------------------------------------- */
 
-PeridemBody PeridemBodies::body(int i) const
+bool PeridemBodies::any_patch()
+{
+  note_broken();
+  return loose || any_broken;
+}
+
+/* ---------------------------------------------------------------------- */
+
+void PeridemBodies::start()
+{
+  if (started) return;
+  started = true;
+  evaluation++;
+  note_broken();
+  start_shared();
+}
+
+/* ---------------------------------------------------------------------- */
+
+void PeridemBodies::start_shared()
+{
+  static_assert(std::is_trivially_copyable<Sums>::value, "sums travel as numbers");
+  constexpr int N = sizeof(Sums) / sizeof(double);
+  numbers.clear();
+  for (const int g : sharing.shared()) {
+    const auto part = sum(grains[g]);
+    const auto *const raw = reinterpret_cast<const double *>(&part);
+    numbers.insert(numbers.end(), raw, raw + N);
+  }
+  sharing.sum(numbers, N);
+  const auto *of_grain = reinterpret_cast<const Sums *>(numbers.data());
+  for (const int g : sharing.shared()) {
+    auto &grain = grains[g];
+    grain.motion = motion_of(*of_grain, grain.origin);
+    grain.known = evaluation;
+    grain.broken = of_grain->broken > 0.0;
+    any_broken = any_broken || grain.broken;
+    of_grain++;
+  }
+}
+
+/* ---------------------------------------------------------------------- */
+
+void PeridemBodies::place_of(int i, const Grain &grain, double *x) const
+{
+  if (grain.unwrap)
+    domain->unmap(atom->x[i], atom->image[i], x);
+  else
+    for (int k = 0; k < 3; k++) x[k] = atom->x[i][k];
+}
+
+/* ---------------------------------------------------------------------- */
+
+void PeridemBodies::arm_of(int i, const Grain &grain, double *arm) const
+{
+  place_of(i, grain, arm);
+  for (int k = 0; k < 3; k++) arm[k] -= grain.motion.place[k];
+  if (domain->dimension == 2) arm[2] = 0.0;
+}
+
+/* ----------------------------------------------------------------------
+   of the nodes that this rank owns
+------------------------------------------------------------------------- */
+
+PeridemBodies::Sums PeridemBodies::sum(const Grain &grain) const
+{
+  Sums sums;
+  if (domain->dimension == 2)
+    sums = grain.unwrap ? sum_nodes<2, true>(grain) : sum_nodes<2, false>(grain);
+  else
+    sums = grain.unwrap ? sum_nodes<3, true>(grain) : sum_nodes<3, false>(grain);
+  sums.broken = grain.broken ? 1.0 : 0.0;
+  return sums;
+}
+
+/* ----------------------------------------------------------------------
+   runs over all nodes of grains that touch, at each step: rows of x and v lie one behind the other
+------------------------------------------------------------------------- */
+
+template <int DIM, bool UNWRAP>
+PeridemBodies::Sums PeridemBodies::sum_nodes(const Grain &grain) const
+{
+  const double *const places = atom->x[0], *const velocities = atom->v[0];
+  const double *const rmass = atom->rmass;
+  const double origin[3] = {grain.origin[0], grain.origin[1], grain.origin[2]};
+  Sums s;
+  for (int n = grain.first; n < grain.last; n++) {
+    const int i = nodes[n];
+    const double m = rmass[i], *const xi = places + 3 * static_cast<std::size_t>(i);
+    const double *const v = velocities + 3 * static_cast<std::size_t>(i);
+    double open[3], x[3], p[3];
+    if (UNWRAP) domain->unmap(xi, atom->image[i], open);
+    for (int k = 0; k < DIM; k++) {
+      x[k] = (UNWRAP ? open[k] : xi[k]) - origin[k];
+      p[k] = m * x[k];
+      s.place[k] += p[k];
+      s.velocity[k] += m * v[k];
+      s.square[k] += p[k] * x[k];
+    }
+    s.mass += m;
+    s.momentum[2] += p[0] * v[1] - p[1] * v[0];
+    if (DIM == 2) continue;
+    s.momentum[0] += p[1] * v[2] - p[2] * v[1];
+    s.momentum[1] += p[2] * v[0] - p[0] * v[2];
+    s.square[3] += p[0] * x[1];
+    s.square[4] += p[0] * x[2];
+    s.square[5] += p[1] * x[2];
+  }
+  return s;
+}
+
+/* ----------------------------------------------------------------------
+   from sums about the origin to those about the centre of mass
+------------------------------------------------------------------------- */
+
+PeridemMotion PeridemBodies::motion_of(const Sums &sums, const double *origin)
+{
+  PeridemMotion motion;
+  double c[3], momentum[3];
+  motion.mass = sums.mass;
+  for (int k = 0; k < 3; k++) {
+    c[k] = sums.place[k] / sums.mass;
+    motion.place[k] = origin[k] + c[k];
+    motion.velocity[k] = sums.velocity[k] / sums.mass;
+    momentum[k] = sums.momentum[k];
+  }
+  add_cross(c, motion.velocity, -sums.mass, momentum);
+
+  const double *const q = sums.square;
+  double inertia[6] = {q[1] + q[2], q[0] + q[2], q[0] + q[1], -q[3], -q[4], -q[5]};
+  const double before = q[0] + q[1] + q[2];
+  add_inertia(-sums.mass, c, inertia);
+  if (0.5 * (inertia[0] + inertia[1] + inertia[2]) > ROUNDING * before)
+    motion.turn(momentum, inertia);
+  return motion;
+}
+
+/* ---------------------------------------------------------------------- */
+
+const PeridemBodies::Grain &PeridemBodies::moving(int g)
+{
+  auto &grain = grains[g];
+  if (grain.known != evaluation) {
+    grain.motion = motion_of(sum(grain), grain.origin);
+    grain.known = evaluation;
+  }
+  return grain;
+}
+
+/* ---------------------------------------------------------------------- */
+
+PeridemBody PeridemBodies::body(int i)
 {
   PeridemBody body{};
   double arm[3];
-  const PeridemMotion motion = whole(i) ? grains[atom->molecule[i]] : patch(i);
-  for (int k = 0; k < 3; k++) arm[k] = whole(i) ? arm_of(i)[k] : atom->x[i][k] - motion.place[k];
-  for (int k = 0; k < 3; k++) body.offset[k] = -arm[k];
-  motion.velocity_at(arm, body.velocity);
-  motion.mobility_at(arm, body.mobility);
-  body.whole = whole(i);
+  auto fill = [&](const PeridemMotion &motion) {
+    for (int k = 0; k < 3; k++) body.offset[k] = -arm[k];
+    motion.velocity_at(arm, body.velocity);
+    motion.mobility_at(arm, body.mobility);
+  };
+  if (whole(i)) {
+    const auto &grain = moving(grain_of[i]);
+    arm_of(i, grain, arm);
+    fill(grain.motion);
+    body.whole = 1.0;
+  } else {
+    const auto motion = patch(i);
+    for (int k = 0; k < 3; k++) arm[k] = atom->x[i][k] - motion.place[k];
+    fill(motion);
+  }
   return body;
 }
 
@@ -284,20 +451,25 @@ PeridemMotion PeridemBodies::patch(int i) const
 
 /* ---------------------------------------------------------------------- */
 
-void PeridemBodies::push(int i, const double *force, double *spread)
+void PeridemBodies::push(int i, const double *force, PeridemSpread &spread)
 {
   if (!whole(i)) {
     push_patch(i, force, spread);
     return;
   }
-  auto &push = pushes[atom->molecule[i]];
-  for (int k = 0; k < 3; k++) push.force[k] += force[k];
-  add_cross(arm_of(i), force, 1.0, push.torque);
+  moving(grain_of[i]);
+  auto &grain = grains[grain_of[i]];
+  if (!grain.pushed) pushed.push_back(grain_of[i]);
+  grain.pushed = true;
+  double arm[3];
+  arm_of(i, grain, arm);
+  for (int k = 0; k < 3; k++) grain.force[k] += force[k];
+  add_cross(arm, force, 1.0, grain.torque);
 }
 
 /* ---------------------------------------------------------------------- */
 
-void PeridemBodies::push_patch(int i, const double *force, double *spread) const
+void PeridemBodies::push_patch(int i, const double *force, PeridemSpread &spread) const
 {
   const auto motion = patch(i);
   double arm[3], torque[3] = {};
@@ -307,40 +479,103 @@ void PeridemBodies::push_patch(int i, const double *force, double *spread) const
     double a[3], at[3];
     for (int k = 0; k < 3; k++) at[k] = atom->x[j][k] - motion.place[k];
     motion.acceleration_at(at, force, torque, a);
-    for (int k = 0; k < 3; k++) spread[3 * j + k] += atom->rmass[j] * a[k];
+    for (int k = 0; k < 3; k++) a[k] *= atom->rmass[j];
+    spread.add(j, a);
   });
 }
 
 /* ---------------------------------------------------------------------- */
 
-void PeridemBodies::apply(double *f)
+void PeridemBodies::apply(PeridemSpread &spread)
 {
-  const int count = static_cast<int>(pushes.size() * sizeof(Push) / sizeof(double));
-  MPI_Allreduce(MPI_IN_PLACE, pushes.data(), count, MPI_DOUBLE, MPI_SUM, world);
-  for (tagint mol = 1; mol <= highest; mol++) {    // from here on, accelerations
-    auto &push = pushes[mol];
-    if (!(grains[mol].mass > 0.0)) continue;
-    double angular[3];
-    multiply(grains[mol].inverse, push.torque, angular);
-    for (int k = 0; k < 3; k++) {
-      push.force[k] /= grains[mol].mass;
-      push.torque[k] = angular[k];
+  sum_pushes();
+  for (const int g : pushed) {
+    auto &grain = grains[g];
+    spread_over(grain, spread);
+    grain.pushed = false;
+    for (int k = 0; k < 3; k++) grain.force[k] = grain.torque[k] = 0.0;
+  }
+  pushed.clear();
+}
+
+/* ----------------------------------------------------------------------
+   forces on parts of a grain move all of it
+------------------------------------------------------------------------- */
+
+void PeridemBodies::sum_pushes()
+{
+  constexpr int N = 6;
+  numbers.clear();
+  for (const int g : sharing.shared()) {
+    const auto &grain = grains[g];
+    numbers.insert(numbers.end(), grain.force, grain.force + 3);
+    numbers.insert(numbers.end(), grain.torque, grain.torque + 3);
+  }
+  sharing.sum(numbers, N);
+  const double *of_grain = numbers.data();
+  for (const int g : sharing.shared()) {
+    auto &grain = grains[g];
+    if (!grain.pushed && std::any_of(of_grain, of_grain + N, [](double p) {
+          return p != 0.0;
+        })) {
+      pushed.push_back(g);
+      grain.pushed = true;
     }
+    for (int k = 0; k < 3; k++) {
+      grain.force[k] = of_grain[k];
+      grain.torque[k] = of_grain[3 + k];
+    }
+    of_grain += N;
   }
-  for (int i = 0; i < atom->nlocal; i++) {
-    const auto &push = pushes[atom->molecule[i]];
-    const double *const arm = arm_of(i), m = atom->rmass[i];
-    for (int k = 0; k < 3; k++) f[3 * i + k] += m * push.force[k];
-    add_cross(push.torque, arm, m, &f[3 * i]);
+}
+
+/* ---------------------------------------------------------------------- */
+
+void PeridemBodies::spread_over(const Grain &grain, PeridemSpread &spread) const
+{
+  if (domain->dimension == 2)
+    grain.unwrap ? spread_nodes<2, true>(grain, spread) : spread_nodes<2, false>(grain, spread);
+  else
+    grain.unwrap ? spread_nodes<3, true>(grain, spread) : spread_nodes<3, false>(grain, spread);
+}
+
+/* ----------------------------------------------------------------------
+   as sum_nodes()
+------------------------------------------------------------------------- */
+
+template <int DIM, bool UNWRAP>
+void PeridemBodies::spread_nodes(const Grain &grain, PeridemSpread &spread) const
+{
+  const auto &motion = grain.motion;
+  const double *const places = atom->x[0], *const rmass = atom->rmass;
+  double linear[3], angular[3];    // accelerations
+  for (int k = 0; k < 3; k++) linear[k] = grain.force[k] / motion.mass;
+  multiply(motion.inverse, grain.torque, angular);
+  for (int n = grain.first; n < grain.last; n++) {
+    const int i = nodes[n];
+    const double m = rmass[i], *const xi = places + 3 * static_cast<std::size_t>(i);
+    double open[3], arm[3] = {}, force[3] = {};
+    if (UNWRAP) domain->unmap(xi, atom->image[i], open);
+    for (int k = 0; k < DIM; k++) {
+      arm[k] = (UNWRAP ? open[k] : xi[k]) - motion.place[k];
+      force[k] = m * linear[k];
+    }
+    if (DIM == 3)
+      add_cross(angular, arm, m, force);
+    else {
+      force[0] -= m * angular[2] * arm[1];
+      force[1] += m * angular[2] * arm[0];
+    }
+    spread.add_owned<DIM>(i, force);
   }
-  pushes.assign(pushes.size(), Push());
 }
 
 /* ---------------------------------------------------------------------- */
 
 double PeridemBodies::memory_usage() const
 {
-  return static_cast<double>(grains.capacity()) * (sizeof(PeridemMotion) + 1) +
-      static_cast<double>(pushes.capacity()) * sizeof(Push) +
-      static_cast<double>(sums.capacity() + arms.capacity()) * sizeof(double);
+  return static_cast<double>(grains.capacity()) * sizeof(Grain) +
+      static_cast<double>(nodes.capacity() + grain_of.capacity() + pushed.capacity()) *
+      sizeof(int) +
+      static_cast<double>(numbers.capacity()) * sizeof(double) + sharing.memory_usage();
 }

@@ -17,7 +17,8 @@
 #ifndef LMP_PERIDEM_BODIES_H
 #define LMP_PERIDEM_BODIES_H
 
-#include "atom.h"
+#include "peridem_sharing.h"
+#include "peridem_spread.h"
 #include "pointers.h"
 
 #include <vector>
@@ -58,49 +59,83 @@ struct PeridemBody {
   double mobility_along(const double *n) const;
 };
 
+// Which nodes belong to which grain is found out once per reneighbouring; how a grain moves only if
+// somebody asks, and of grains that several ranks have parts of at the start.
+
 class PeridemBodies : protected Pointers {
  public:
-  PeridemBodies(class LAMMPS *);
+  explicit PeridemBodies(class LAMMPS *);
 
-  // sum up mass, place and motion of every grain; bonds may be null; collective
-  void find(const FixPeridemBonds *);
+  // local indices are new; bonds may be null; collective
+  void sort_nodes(const FixPeridemBonds *);
+  // nodes have moved
+  void forget() { started = false; }
+  // before a body is asked for; collective, and nothing if nodes have not moved since
+  void start();
+
+  // this rank owns a node that is felt with the patch around it
+  bool any_patch();
+
+  // do other ranks own nodes of the grain of the owned node i?
+  bool shared(int i) const { return grain_of[i] >= 0 && grains[grain_of[i]].shared; }
 
   // the body that the owned node i belongs to
-  PeridemBody body(int i) const;
+  PeridemBody body(int i);
 
   // a force on that body at the node: spread over its nodes as one that moves a rigid body.  Patches
-  // of broken grains are served at once, in spread (three numbers for each owned and ghost node),
-  // whole grains by apply()
-  void push(int i, const double *force, double *spread);
-
-  // adds the forces on whole grains to those of their owned nodes, f (three numbers each);
-  // collective
-  void apply(double *f);
+  // of broken grains are served at once, whole grains by apply(); collective
+  void push(int i, const double *force, PeridemSpread &);
+  void apply(PeridemSpread &);
 
   double memory_usage() const;
 
  private:
-  struct Push {
-    double force[3]{0.0, 0.0, 0.0}, torque[3]{0.0, 0.0, 0.0};
+  struct Grain {
+    int first, last;         // its owned nodes, in nodes
+    bool broken{false};      // has a broken bond
+    bool shared{false};      // among ranks
+    bool unwrap{false};      // lies across a periodic boundary
+    bool pushed{false};      // by a force that apply() has to spread
+    bigint known{-1};        // the evaluation that motion is from
+    double origin[3]{};      // of sums: near its centre of mass
+    PeridemMotion motion;    // place in the same frame as origin
+    double force[3]{}, torque[3]{};
   };
-  std::vector<PeridemMotion> grains;    // by molecule-ID
-  std::vector<char> broken;             // by molecule-ID
-  std::vector<Push> pushes;             // on whole grains, by molecule-ID
-  std::vector<double> sums;
-  std::vector<double> arms;    // of owned nodes, from the centres of their grains
-  const FixPeridemBonds *bonds{nullptr};
-  bigint natoms_seen{-1};
-  tagint highest{0};
+  struct Sums {
+    double mass{0.0}, place[3]{}, velocity[3]{}, momentum[3]{};    // times mass but the first
+    double square[6]{};    // of places: xx, yy, zz, xy, xz, yz; in 2d the first two
+    double broken{0.0};
+  };
 
-  void find_highest();
-  void find_places();
-  void find_spins();
-  bool whole(int i) const;
-  void unwrap();
-  const double *arm_of(int i) const { return &arms[3 * i]; }
+  std::vector<Grain> grains;
+  std::vector<int> nodes;         // owned nodes, grain by grain
+  std::vector<int> grain_of;      // of owned nodes; -1: of none
+  std::vector<int> pushed;        // grains
+  std::vector<double> numbers;    // of shared grains, on their way
+  PeridemSharing sharing;
+  const FixPeridemBonds *bonds{nullptr};
+  std::size_t broken_seen{0};
+  bool loose{false}, any_broken{false};    // nodes of no grain, broken grains; on this rank
+  bool started{false};
+  bigint evaluation{0};
+
+  std::vector<tagint> find_grains();
+  void find_origins();
+  void note_broken();
+  void start_shared();
+  bool whole(int i) const { return grain_of[i] >= 0 && !grains[grain_of[i]].broken; }
+  void place_of(int i, const Grain &, double *x) const;
+  void arm_of(int i, const Grain &, double *arm) const;
+  Sums sum(const Grain &) const;
+  template <int DIM, bool UNWRAP> Sums sum_nodes(const Grain &) const;
+  static PeridemMotion motion_of(const Sums &, const double *origin);
+  const Grain &moving(int g);
+  void sum_pushes();
+  void spread_over(const Grain &, PeridemSpread &) const;
+  template <int DIM, bool UNWRAP> void spread_nodes(const Grain &, PeridemSpread &) const;
   template <class Visit> void for_patch(int i, Visit) const;
   PeridemMotion patch(int i) const;
-  void push_patch(int i, const double *force, double *spread) const;
+  void push_patch(int i, const double *force, PeridemSpread &) const;
 };
 
 }    // namespace LAMMPS_NS

@@ -31,26 +31,29 @@ static bool before(const PeridemCollision &a, const PeridemCollision &b)
 /* ---------------------------------------------------------------------- */
 
 void PeridemCollisions::add(tagint a, tagint b, double force, double approach, double peak,
-                            double share)
+                            double share, bool seen_elsewhere)
 {
-  list.push_back({MIN(a, b), MAX(a, b), share * force, share * force * approach, peak});
+  auto &where = seen_elsewhere ? abroad : list;
+  where.push_back({MIN(a, b), MAX(a, b), share * force, share * force * approach, peak});
 }
 
 /* ---------------------------------------------------------------------- */
 
 void PeridemCollisions::merge()
 {
-  compress();
-  if (comm->nprocs == 1) return;
-  gather();
-  compress();
+  if (comm->nprocs > 1) {
+    compress(abroad);
+    gather();
+  }
+  list.insert(list.end(), abroad.begin(), abroad.end());
+  compress(list);
 }
 
 /* ----------------------------------------------------------------------
    one entry for each collision; stable, so that all ranks sum in the same order
 ------------------------------------------------------------------------- */
 
-void PeridemCollisions::compress()
+void PeridemCollisions::compress(std::vector<PeridemCollision> &list)
 {
   std::stable_sort(list.begin(), list.end(), before);
   std::size_t kept = 0;
@@ -68,19 +71,19 @@ void PeridemCollisions::compress()
 }
 
 /* ----------------------------------------------------------------------
-   what each rank has, in the order of the ranks
+   what each rank has of those that several may see, in the order of the ranks
 ------------------------------------------------------------------------- */
 
 void PeridemCollisions::gather()
 {
-  const int mine = static_cast<int>(list.size() * sizeof(PeridemCollision));
+  const int mine = static_cast<int>(abroad.size() * sizeof(PeridemCollision));
   std::vector<int> counts(comm->nprocs), starts(comm->nprocs, 0);
   MPI_Allgather(&mine, 1, MPI_INT, counts.data(), 1, MPI_INT, world);
   for (int n = 1; n < comm->nprocs; n++) starts[n] = starts[n - 1] + counts[n - 1];
   std::vector<PeridemCollision> all((starts.back() + counts.back()) / sizeof(PeridemCollision));
-  MPI_Allgatherv(list.data(), mine, MPI_BYTE, all.data(), counts.data(), starts.data(), MPI_BYTE,
+  MPI_Allgatherv(abroad.data(), mine, MPI_BYTE, all.data(), counts.data(), starts.data(), MPI_BYTE,
                  world);
-  list.swap(all);
+  abroad.swap(all);
 }
 
 /* ---------------------------------------------------------------------- */

@@ -34,18 +34,25 @@ class PeridemCollisions : protected Pointers {
  public:
   PeridemCollisions(class LAMMPS *lmp) : Pointers(lmp) {}
 
-  void clear() { list.clear(); }
-  // a contact that has touched in a collision that is not over; share = of this rank
-  void add(tagint a, tagint b, double force, double approach, double peak, double share);
+  void clear()
+  {
+    list.clear();
+    abroad.clear();
+  }
+  // a contact that has touched in a collision that is not over; share = of this rank, seen_elsewhere:
+  // another rank may have a contact of the same collision
+  void add(tagint a, tagint b, double force, double approach, double peak, double share,
+           bool seen_elsewhere);
   // sum up what all ranks have added; collective
   void merge();
   // of grains (or a face and a grain) that have been added
   const PeridemCollision &of(tagint a, tagint b) const;
 
  private:
-  std::vector<PeridemCollision> list;
+  std::vector<PeridemCollision> list;      // of this rank alone, and after merge() of all
+  std::vector<PeridemCollision> abroad;    // those that other ranks may see too
 
-  void compress();
+  static void compress(std::vector<PeridemCollision> &);
   void gather();
 };
 

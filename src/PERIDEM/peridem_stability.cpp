@@ -55,6 +55,28 @@ const char *PeridemStability::Limits::ruling() const
   return of_bonds <= of_contacts ? "bonds" : "contacts";
 }
 
+/* ---------------------------------------------------------------------- */
+
+PeridemStability::Styles PeridemStability::find_styles() const
+{
+  Styles found;
+  found.solids = PairPeridem::find_all(lmp);
+  found.contact = dynamic_cast<PairPeridemContact *>(force->pair_match("peridem/contact", 1));
+  for (auto *fix : modify->get_fix_by_style("^peridem/wall$"))
+    found.walls.push_back(dynamic_cast<FixPeridemWall *>(fix));
+  const auto adapts = modify->get_fix_by_style("^peridem/adapt$");
+  found.adapt = adapts.empty() ? nullptr : dynamic_cast<const FixPeridemAdapt *>(adapts[0]);
+  return found;
+}
+
+/* ---------------------------------------------------------------------- */
+
+void PeridemStability::keep_styles()
+{
+  styles = find_styles();
+  kept = true;
+}
+
 /* ----------------------------------------------------------------------
    levels of respa: forces of several pair styles of solids count as those of the outermost
 ------------------------------------------------------------------------- */
@@ -62,11 +84,10 @@ const char *PeridemStability::Limits::ruling() const
 void PeridemStability::find_counts(Limits &limits) const
 {
   PeridemLevel level(lmp);
-  level.find(force->pair_match("peridem/contact", 1), "Pair style peridem/contact");
+  level.find(styles.contact, "Pair style peridem/contact");
   limits.contact_count = limits.bond_count = level.count();
-  const auto solids = PairPeridem::find_all(lmp);
-  for (std::size_t k = 0; k < solids.size(); k++) {
-    level.find(solids[k], "Pair style of a solid");
+  for (std::size_t k = 0; k < styles.solids.size(); k++) {
+    level.find(styles.solids[k], "Pair style of a solid");
     limits.bond_count = k == 0 ? level.count() : MIN(limits.bond_count, level.count());
   }
 }
@@ -79,7 +100,8 @@ void PeridemStability::find_counts(Limits &limits) const
 
 PeridemStability::Limits PeridemStability::find()
 {
-  const auto solids = PairPeridem::find_all(lmp);
+  if (!kept) styles = find_styles();
+  const auto &solids = styles.solids;
   bigint state = atom->natoms;
   for (const auto *solid : solids) state = 31 * state + solid->coeff_version();
   if (state != bonds_known) {
@@ -89,9 +111,7 @@ PeridemStability::Limits PeridemStability::find()
     bonds_known = state;
   }
 
-  const auto adapts = modify->get_fix_by_style("^peridem/adapt$");
-  adapt = adapts.empty() ? nullptr : dynamic_cast<const FixPeridemAdapt *>(adapts[0]);
-  const bool rigid = adapt && !adapt->any_deformable();
+  const bool rigid = styles.adapt && !styles.adapt->any_deformable();
   const double bonds_sq = rigid ? 0.0 : bond_frequency_sq * force->ftm2v;
   const double contacts_sq = contact_frequency_sq() * force->ftm2v;
   const double z = largest_dashpot_ratio(bonds_sq);
@@ -114,11 +134,9 @@ PeridemStability::Limits PeridemStability::find()
 double PeridemStability::contact_frequency_sq() const
 {
   double largest = 0.0;
-  if (auto *contact = dynamic_cast<PairPeridemContact *>(force->pair_match("peridem/contact", 1)))
-    largest = contact->largest_frequency_sq();
-  for (auto *fix : modify->get_fix_by_style("^peridem/wall$"))
-    largest = MAX(largest, dynamic_cast<FixPeridemWall *>(fix)->largest_frequency_sq());
-  if (adapt) largest = MAX(largest, adapt->largest_frequency_sq());
+  if (styles.contact) largest = styles.contact->largest_frequency_sq();
+  for (const auto *wall : styles.walls) largest = MAX(largest, wall->largest_frequency_sq());
+  if (styles.adapt) largest = MAX(largest, styles.adapt->largest_frequency_sq());
   return largest;
 }
 
@@ -127,12 +145,10 @@ double PeridemStability::contact_frequency_sq() const
 double PeridemStability::largest_dashpot_ratio(double bonds_sq) const
 {
   double largest = 0.0;
-  for (auto *solid : PairPeridem::find_all(lmp))
+  for (auto *solid : styles.solids)
     largest = MAX(largest, 0.5 * std::sqrt(bonds_sq) * solid->largest_viscous_time());
-  if (auto *contact = dynamic_cast<PairPeridemContact *>(force->pair_match("peridem/contact", 1)))
-    largest = MAX(largest, contact->largest_dashpot_ratio());
-  for (auto *fix : modify->get_fix_by_style("^peridem/wall$"))
-    largest = MAX(largest, dynamic_cast<FixPeridemWall *>(fix)->largest_dashpot_ratio());
+  if (styles.contact) largest = MAX(largest, styles.contact->largest_dashpot_ratio());
+  for (const auto *wall : styles.walls) largest = MAX(largest, wall->largest_dashpot_ratio());
   return largest;
 }
 
@@ -140,7 +156,7 @@ double PeridemStability::largest_dashpot_ratio(double bonds_sq) const
 
 double PeridemStability::speed_limit() const
 {
-  const auto *contact = force->pair_match("peridem/contact", 1);
+  const auto *contact = styles.contact;
   if (!contact || !contact->cutsq) return INFINITE;
   double leastsq = INFINITE;
   for (int i = 1; i <= atom->ntypes; i++)

@@ -22,6 +22,9 @@
 namespace LAMMPS_NS {
 
 class FixPeridemAdapt;
+class FixPeridemWall;
+class PairPeridem;
+class PairPeridemContact;
 
 class PeridemStability : protected Pointers {
  public:
@@ -43,14 +46,25 @@ class PeridemStability : protected Pointers {
 
   PeridemStability(class LAMMPS *);
 
+  // before a run, by who asks often: no style comes or goes before the next call
+  void keep_styles();
+
   // collective: all ranks call it, after forces have been computed
   Limits find();
 
  private:
+  struct Styles {
+    std::vector<PairPeridem *> solids;
+    std::vector<FixPeridemWall *> walls;
+    PairPeridemContact *contact{nullptr};
+    const FixPeridemAdapt *adapt{nullptr};
+  };
+  Styles styles;
+  bool kept{false};
   double bond_frequency_sq{-1.0};    // bonds only get softer as they break: found once
   bigint bonds_known{-1};
-  const FixPeridemAdapt *adapt{nullptr};
 
+  Styles find_styles() const;
   void find_counts(Limits &) const;
   double contact_frequency_sq() const;
   double largest_dashpot_ratio(double bonds_sq) const;

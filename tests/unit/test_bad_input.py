@@ -268,12 +268,19 @@ def test_negative_molecule_in_a_data_file(simulation):
     fails(sim, script, "Node 2 in Atoms section of data file has molecule-ID -1: it must be >= 0")
 
 
-def test_the_largest_molecule_ids_are_no_larger_a_table(simulation):
-    """Once a table by molecule-ID was made: it could not hold this one."""
+@pytest.mark.parametrize("contact", ["", "radius 1.01 stiffness 5 restitution 0.5"])
+def test_the_largest_molecule_ids_are_no_larger_a_table(contact, simulation):
+    """Once tables by molecule-ID were made: they could not hold this one."""
     one = cloud(lattice((4, 4)), molecule=np.repeat([7, 2147483647], 8), dimension=2)
     sim = simulation().load(one, dimension=2)
     sim.commands(
-        f"pair_style peridem/lps\npair_coeff * * {GOOD}\nfix motion all nve\nrun 0 post no"
+        f"""
+        pair_style hybrid/overlay peridem/lps {"peridem/contact" if contact else ""}
+        pair_coeff * * peridem/lps {GOOD}
+        {f"pair_coeff * * peridem/contact {contact}" if contact else ""}
+        fix motion all nve
+        run 0 post no
+        """
     )
     assert "16 nodes in 2 grains" in sim.printed()
 
