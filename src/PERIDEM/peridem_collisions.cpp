@@ -15,9 +15,12 @@
 
 #include "peridem_collisions.h"
 
+#include "peridem_messages.h"
+
 #include "comm.h"
 
 #include <algorithm>
+#include <utility>
 
 using namespace LAMMPS_NS;
 
@@ -43,7 +46,7 @@ void PeridemCollisions::merge()
 {
   if (comm->nprocs > 1) {
     compress(abroad);
-    gather();
+    abroad = PeridemMessages::gather(world, std::move(abroad));    // in the order of the ranks
   }
   list.insert(list.end(), abroad.begin(), abroad.end());
   compress(list);
@@ -68,22 +71,6 @@ void PeridemCollisions::compress(std::vector<PeridemCollision> &list)
     same.peak = MAX(same.peak, list[n].peak);
   }
   list.resize(kept);
-}
-
-/* ----------------------------------------------------------------------
-   what each rank has of those that several may see, in the order of the ranks
-------------------------------------------------------------------------- */
-
-void PeridemCollisions::gather()
-{
-  const int mine = static_cast<int>(abroad.size() * sizeof(PeridemCollision));
-  std::vector<int> counts(comm->nprocs), starts(comm->nprocs, 0);
-  MPI_Allgather(&mine, 1, MPI_INT, counts.data(), 1, MPI_INT, world);
-  for (int n = 1; n < comm->nprocs; n++) starts[n] = starts[n - 1] + counts[n - 1];
-  std::vector<PeridemCollision> all((starts.back() + counts.back()) / sizeof(PeridemCollision));
-  MPI_Allgatherv(abroad.data(), mine, MPI_BYTE, all.data(), counts.data(), starts.data(), MPI_BYTE,
-                 world);
-  abroad.swap(all);
 }
 
 /* ---------------------------------------------------------------------- */

@@ -53,7 +53,6 @@ class PeridemCollisions : protected Pointers {
   std::vector<PeridemCollision> abroad;    // those that other ranks may see too
 
   static void compress(std::vector<PeridemCollision> &);
-  void gather();
 };
 
 }    // namespace LAMMPS_NS

@@ -15,6 +15,8 @@
 
 #include "peridem_sharing.h"
 
+#include "peridem_messages.h"
+
 #include "comm.h"
 
 #include <algorithm>
@@ -26,52 +28,28 @@ using namespace LAMMPS_NS;
 static constexpr int PARTS = 6031;    // tag of messages
 
 /* ----------------------------------------------------------------------
-   outgoing[p] goes to rank p; returns what each rank has sent here
+   parts that other ranks have of these things, by id and rank: each thing has a rank that all ask
+   about it
 ------------------------------------------------------------------------- */
 
-PeridemSharing::Lists PeridemSharing::exchange(const Lists &outgoing) const
+std::vector<PeridemSharing::Part> PeridemSharing::find_parts(const std::vector<tagint> &ids) const
 {
-  const int nprocs = comm->nprocs;
-  std::vector<int> nsend(nprocs), nrecv(nprocs), sendat(nprocs, 0), recvat(nprocs, 0);
-  for (int p = 0; p < nprocs; p++) nsend[p] = static_cast<int>(outgoing[p].size());
-  MPI_Alltoall(nsend.data(), 1, MPI_INT, nrecv.data(), 1, MPI_INT, world);
-  for (int p = 1; p < nprocs; p++) {
-    sendat[p] = sendat[p - 1] + nsend[p - 1];
-    recvat[p] = recvat[p - 1] + nrecv[p - 1];
+  auto before = [](const Part &a, const Part &b) {
+    return a.id != b.id ? a.id < b.id : a.rank < b.rank;
+  };
+  std::vector<std::vector<Part>> asked(comm->nprocs), answers(comm->nprocs);
+  for (const tagint id : ids) asked[id % comm->nprocs].push_back({id, comm->me});
+  auto parts = PeridemMessages::exchange(world, asked);
+  std::sort(parts.begin(), parts.end(), before);
+  for (std::size_t first = 0, last = 0; first < parts.size(); first = last) {
+    while (last < parts.size() && parts[last].id == parts[first].id) last++;
+    for (std::size_t a = first; a < last; a++)
+      for (std::size_t b = first; b < last; b++)
+        if (a != b) answers[parts[a].rank].push_back(parts[b]);
   }
-  std::vector<tagint> send, recv(recvat.back() + nrecv.back());
-  send.reserve(sendat.back() + nsend.back());
-  for (const auto &part : outgoing) send.insert(send.end(), part.begin(), part.end());
-  MPI_Alltoallv(send.data(), nsend.data(), sendat.data(), MPI_LMP_TAGINT, recv.data(), nrecv.data(),
-                recvat.data(), MPI_LMP_TAGINT, world);
-  Lists incoming(nprocs);
-  for (int p = 0; p < nprocs; p++)
-    incoming[p].assign(recv.begin() + recvat[p], recv.begin() + recvat[p] + nrecv[p]);
-  return incoming;
-}
-
-/* ----------------------------------------------------------------------
-   ids[p]: those that rank p has asked about here. Each rank hears of every other one that has a
-   part of the same: id, rank, id, rank, ...
-------------------------------------------------------------------------- */
-
-PeridemSharing::Lists PeridemSharing::tell_sharers(const Lists &ids) const
-{
-  std::vector<std::pair<tagint, int>> parts;
-  for (int p = 0; p < comm->nprocs; p++)
-    for (const tagint id : ids[p]) parts.emplace_back(id, p);
-  std::sort(parts.begin(), parts.end());
-
-  Lists answers(comm->nprocs);
-  for (std::size_t m = 0, end = 0; m < parts.size(); m = end) {
-    while (end < parts.size() && parts[end].first == parts[m].first) end++;
-    for (std::size_t a = m; a < end; a++)
-      for (std::size_t b = m; b < end; b++)
-        if (a != b)
-          answers[parts[a].second].insert(answers[parts[a].second].end(),
-                                          {parts[b].first, parts[b].second});
-  }
-  return answers;
+  auto others = PeridemMessages::exchange(world, answers);
+  std::sort(others.begin(), others.end(), before);
+  return others;
 }
 
 /* ---------------------------------------------------------------------- */
@@ -82,20 +60,14 @@ void PeridemSharing::find(const std::vector<tagint> &ids)
   peers.clear();
   if (comm->nprocs == 1) return;
 
-  Lists asked(comm->nprocs);
-  for (const tagint id : ids) asked[id % comm->nprocs].push_back(id);
-  std::vector<std::pair<tagint, int>> sharers;
-  for (const auto &list : exchange(tell_sharers(exchange(asked))))
-    for (std::size_t m = 0; m < list.size(); m += 2)
-      sharers.emplace_back(list[m], static_cast<int>(list[m + 1]));
-  std::sort(sharers.begin(), sharers.end());    // all ranks have them in the same order
-
   std::map<int, std::vector<int>> things;
-  for (std::size_t m = 0; m < sharers.size(); m++) {
-    if (m == 0 || sharers[m].first != sharers[m - 1].first)
-      places.push_back(static_cast<int>(std::lower_bound(ids.begin(), ids.end(), sharers[m].first) -
-                                        ids.begin()));
-    things[sharers[m].second].push_back(static_cast<int>(places.size()) - 1);
+  tagint last = -1;
+  for (const auto &part : find_parts(ids)) {    // all ranks see the ids in the same order
+    if (part.id != last)
+      places.push_back(
+          static_cast<int>(std::lower_bound(ids.begin(), ids.end(), part.id) - ids.begin()));
+    last = part.id;
+    things[part.rank].push_back(static_cast<int>(places.size()) - 1);
   }
   for (auto &entry : things) peers.push_back({entry.first, std::move(entry.second), {}, {}});
 }

@@ -25,7 +25,7 @@ class PeridemSharing : protected Pointers {
  public:
   explicit PeridemSharing(class LAMMPS *lmp) : Pointers(lmp) {}
 
-  // ids, ascending, of the things that this rank has a part of; collective
+  // ids > 0, ascending, of the things that this rank has a part of; collective
   void find(const std::vector<tagint> &ids);
 
   // positions in ids of those that other ranks have parts of too
@@ -48,9 +48,11 @@ class PeridemSharing : protected Pointers {
   std::vector<double> own;
   std::vector<MPI_Request> requests;
 
-  using Lists = std::vector<std::vector<tagint>>;    // by rank
-  Lists exchange(const Lists &) const;
-  Lists tell_sharers(const Lists &) const;
+  struct Part {
+    tagint id;
+    int rank;    // that has a part of it
+  };
+  std::vector<Part> find_parts(const std::vector<tagint> &ids) const;
   void swap_parts(const std::vector<double> &data, int width);
 };
 
