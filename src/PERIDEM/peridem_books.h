@@ -34,9 +34,10 @@ struct PeridemBooks {
     for (int k = 0; k < 3; k++) forces[3 * i + k] += factor * force[k];
   }
 
-  // power of forces on the first n nodes, that move with v
+  // power of forces on the first n nodes, that move with v; a style that books none has none
   static double power(const std::vector<double> &forces, double **v, int n)
   {
+    if (forces.empty()) return 0.0;
     double sum = 0.0;
     for (int i = 0; i < n; i++)
       for (int k = 0; k < 3; k++) sum += forces[3 * i + k] * v[i][k];

@@ -408,78 +408,77 @@ FRICTION_OF_SPIN = 0.2
 def run_spin(lab: Lab, radius: float) -> Outcome:
     r = even_radius(radius)
     half, spin, friction = 0.01, 0.004, FRICTION_OF_SPIN
-    rows: list[Row] = []
-    results = {}
+    rows, after = [], {}
     for mu in (0.0, friction):
         one, sim = collision(lab, r, f"friction {mu}", (half, 0), (-half, 0), spin=spin)
         sim.commands("run 0 post no")
         before = (momentum(one, sim), angular_momentum(one, sim), energy_of(sim))
         advance(sim, 0.6 / half + 8 * r)
-        after = (momentum(one, sim), angular_momentum(one, sim), energy_of(sim))
-        v = centre_velocity(one, sim, 2)
+        change = (
+            float(np.abs(momentum(one, sim) - before[0]).max() / (0.5 * one.mass.sum() * half)),
+            angular_momentum(one, sim) / before[1] - 1,
+            energy_of(sim) / before[2] - 1,
+        )
+        after[mu] = centre_velocity(one, sim, 2)
         lab.close()
-        results[mu] = (before, after, v)
-        kind = f"friction {mu:g}"
-        rows.append(
-            below(
-                f"{kind}: change of linear momentum over that of one disc",
-                float(np.abs(after[0] - before[0]).max() / (0.5 * one.mass.sum() * half)),
-                1e-11,
-                why="rounding of some thousand steps",
-            )
-        )
-        change = (after[1] - before[1]) / before[1]
-        if mu == 0.0:
-            rows.append(
-                below(
-                    f"{kind}: relative change of angular momentum",
-                    abs(change),
-                    1e-10,
-                    why="forces along the line of two nodes; rounding of some thousand steps",
-                )
-            )
-        else:
-            rows.append(
-                shown(
-                    f"{kind}: relative change of angular momentum",
-                    change,
-                    expected=f"about {-2 * mu * REACH * 2 * half / (2 * spin * 0.5 * r**2):.2g} "
-                    f"or 0",
-                    why="two opposite forces of friction at nodes R_c apart turn the pair by "
-                    "friction times R_c, unless the law acts at one point",
-                )
-            )
-        rows.append(
-            below(
-                f"{kind}: relative gain of energy",
-                after[2] / before[2] - 1,
-                1e-4,
-                why="nothing gives energy; the integrator's error is of second order",
-            )
-        )
+        couple = -2 * mu * REACH * 2 * half / (2 * spin * 0.5 * r**2)
+        rows += kept_rows(mu, change, couple)
     more, pages = on_a_plane(lab, r, half, spin, friction)
     rows += more
     # friction slides all the way: each disc is pushed sideways by mu times what stops it
-    _, _, smooth = results[0.0]
-    _, _, rough = results[friction]
-    pushed = (rough[1] - smooth[1]) / (smooth[0] + half)
-    rows.append(
+    smooth, rough = after[0.0], after[friction]
+    rows += [
         shown(
             "sideways over normal change of velocity that friction adds, both sliding",
-            abs(float(pushed)),
+            abs(float((rough[1] - smooth[1]) / (smooth[0] + half))),
             expected=friction,
             why="Coulomb's friction of rigid smooth discs; discs of nodes are cogwheels",
-        )
-    )
-    rows.append(
+        ),
         shown(
             "the same without friction",
             abs(float(smooth[1] / (smooth[0] + half))),
             expected=0.0,
             why="the shape of the surface alone: nodes of one disc roll over those of the other",
-        )
-    )
+        ),
+    ]
     return Outcome(rows, lambda: draw_spin(pages))
+
+
+def kept_rows(mu: float, change: tuple[float, float, float], couple: float) -> list[Row]:
+    """Relative changes of momentum, angular momentum and energy in a collision; couple: what forces
+    at nodes R_c apart could do to the second.
+    """
+    kind = f"friction {mu:g}"
+    if mu == 0.0:
+        angular = below(
+            f"{kind}: relative change of angular momentum",
+            abs(change[1]),
+            1e-10,
+            why="forces along the line of two nodes; rounding of some thousand steps",
+        )
+    else:
+        angular = shown(
+            f"{kind}: relative change of angular momentum",
+            change[1],
+            expected=f"about {couple:.2g} or 0",
+            why="two opposite forces of friction at nodes R_c apart turn the pair by "
+            "friction times R_c, unless the law acts at one point",
+        )
+    return [
+        below(
+            f"{kind}: change of linear momentum over that of one disc",
+            change[0],
+            1e-11,
+            why="rounding of some thousand steps",
+        ),
+        angular,
+        below(
+            f"{kind}: relative gain of energy",
+            change[2],
+            1e-4,
+            why="nothing gives energy; the integrator's error is of second order",
+        ),
+    ]
 
 
 def draw_spin(pages):
@@ -545,76 +544,70 @@ def energy_of(sim: Simulation) -> float:
 
 def run_cradle(lab: Lab, radius: float, count: int) -> Outcome:
     r, speed = even_radius(radius), 0.01 * SPEED
-    rows: list[Row] = []
-    final = {}
     one, sim = collision(lab, r, "", (speed, 0), (0, 0))
     advance(sim, 0.5 / speed + 10 * r)
     passed = float(centre_velocity(one, sim, 2)[0]) / speed
     lab.close()
-    rows.append(
+    final, rows = {}, []
+    for name, gap in (("a gap apart", 1.0), ("touching", 1e-3)):
+        final[name], more = row_of_discs(lab, r, speed, count, gap, name)
+        rows += more
+    rows += [
         within(
             "one disc hits one: speed handed on",
             passed,
             0.97,
             1.0,
             why="(1 + e)/2 with an e of 0.95 to 1, as waves stay inside",
-        )
-    )
-    for name, gap in (("a gap apart", 1.0), ("touching", 1e-3)):
-        parts = []
-        for k in range(count):
-            part = disc(r, centre=(k * (2 * r + REACH + gap), 0.0), molecule=k + 1)
-            if k == 0:
-                part.v[:, 0] = speed
-            parts.append(part)
-        one = join(*parts, margin=20 * r)
-        sim = scene(lab, one, FLAT, "", safety=0.25)
-        before, energy = momentum(one, sim), None
-        sim.commands("run 0 post no")
-        energy = energy_of(sim)
-        travel = gap * count / speed + 30 * r
-        advance(sim, travel)
-        final[name] = [float(centre_velocity(one, sim, k + 1)[0]) / speed for k in range(count)]
-        drift = float(np.abs(momentum(one, sim) - before).max() / before[0])
-        rows.append(
-            below(
-                f"{name}: relative change of momentum",
-                drift,
-                1e-11,
-                why="rounding of some thousand steps",
-            )
-        )
-        rows.append(
-            near(
-                f"{name}: relative change of energy",
-                energy_of(sim) / energy - 1,
-                0.0,
-                abs=1e-3,
-                why="second order in the step: (ωΔt)²/8 of the stiffest vibrations, which hold "
-                "little",
-            )
-        )
-        lab.close()
-    rows.append(
+        ),
         near(
             f"a gap apart: speed of the last of {count} discs over that of the first",
             final["a gap apart"][-1],
             passed ** (count - 1),
             abs=0.03,
             why="one collision after the other; discs that vibrate hit a little differently",
-        )
-    )
-    rows.append(
+        ),
         above(
             "touching: speed of the last disc",
             final["touching"][-1],
             0.8,
             why="a chain of elastic spheres hands on 0.99, the rest move a little too; elastic "
-            "discs pass a wave "
-            "that is longer than a disc",
-        )
-    )
+            "discs pass a wave that is longer than a disc",
+        ),
+    ]
     return Outcome(rows, lambda: draw_cradle(final, count))
+
+
+def row_of_discs(
+    lab: Lab, r: float, speed: float, count: int, gap: float, name: str
+) -> tuple[list[float], list[Row]]:
+    """Speeds of all discs over that of the one which hit the others."""
+    parts = [disc(r, centre=(k * (2 * r + REACH + gap), 0.0), molecule=k + 1) for k in range(count)]
+    parts[0].v[:, 0] = speed
+    one = join(*parts, margin=20 * r)
+    sim = scene(lab, one, FLAT, "", safety=0.25)
+    before = momentum(one, sim)
+    sim.commands("run 0 post no")
+    energy = energy_of(sim)
+    advance(sim, gap * count / speed + 30 * r)
+    speeds = [float(centre_velocity(one, sim, k + 1)[0]) / speed for k in range(count)]
+    rows = [
+        below(
+            f"{name}: relative change of momentum",
+            float(np.abs(momentum(one, sim) - before).max() / before[0]),
+            1e-11,
+            why="rounding of some thousand steps",
+        ),
+        near(
+            f"{name}: relative change of energy",
+            energy_of(sim) / energy - 1,
+            0.0,
+            abs=1e-3,
+            why="second order in the step: (ωΔt)²/8 of the stiffest vibrations, which hold little",
+        ),
+    ]
+    lab.close()
+    return speeds, rows
 
 
 def draw_cradle(final, count):

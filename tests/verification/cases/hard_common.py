@@ -8,7 +8,7 @@ from support.clouds import Cloud, cloud, disc, join
 from support.oracle import Array
 from support.runs import Simulation, number
 
-from .base import Lab, Row, below
+from .base import Lab, Row, below, is_so
 
 BULK, SHEAR, HORIZON, REACH = 30.0, 18.0, 3.015, 0.95
 WAVE = float(np.sqrt(BULK + 4.0 * SHEAR / 3.0))  # speed of pressure waves at density 1
@@ -115,6 +115,11 @@ def momentum_row(what: str, one: Cloud, sim: Simulation) -> Row:
 
 def finite(sim: Simulation) -> bool:
     return all(bool(np.isfinite(sim.atoms(name)).all()) for name in ("x", "v", "f"))
+
+
+def finite_row(what: str, sim: Simulation, why: str) -> Row:
+    """Positions, velocities and forces are numbers."""
+    return is_so(what, "finite" if finite(sim) else "NaN", finite(sim), "finite", why=why)
 
 
 def refusal(sim: Simulation, script: str) -> str:

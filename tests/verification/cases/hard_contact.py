@@ -20,7 +20,7 @@ from .hard_common import (
     SHEAR,
     WAVE,
     books,
-    finite,
+    finite_row,
     loaded,
     lps,
     momentum_row,
@@ -160,13 +160,7 @@ def fast(lab: Lab, mach: tuple[float, ...], radius: float, safety: float) -> Out
             gap = motion(sim, 2)[0] - motion(sim, 1)[0]
             parting = parting_speed(sim)
             rows += [
-                is_so(
-                    f"{name}: positions, velocities, forces",
-                    "finite" if finite(sim) else "NaN",
-                    finite(sim),
-                    "finite",
-                    why="no blow-up",
-                ),
+                finite_row(f"{name}: positions, velocities, forces", sim, "no blow-up"),
                 momentum_row(name, one, sim),
                 below(
                     f"{name}: drift / kinetic energy at the start",
@@ -279,7 +273,6 @@ def wall_overlap(lab: Lab, radius: float, depth: float) -> list[Row]:
 
 
 def same_place(lab: Lab, steps: int) -> Outcome:
-    rows: list[Row] = []
     laws = (
         "",
         "friction 0.5",
@@ -287,47 +280,47 @@ def same_place(lab: Lab, steps: int) -> Outcome:
         "restitution 0.5",
         "friction 0.5 tangential regularised",
     )
-    for law in laws:
-        one = cloud([[0.0, 0.0], [0.0, 0.0]], molecule=[1, 2], dimension=2, margin=400)
-        sim = lab.simulation().load(one, dimension=2)
-        sim.commands(
-            f"pair_style peridem/contact\npair_coeff * * radius 1 stiffness 4 {law}\n"
-            f"fix motion all nve\ntimestep 0.05\nrun 0 post no"
-        )
-        stored, push = sim.thermo("pe"), sim.atoms("f")
-        sim.commands(f"run {steps} post no")
-        x, name = sim.atoms("x"), law or "spring"
-        rows += [
-            near(
-                f"{name}: energy of two free nodes at one place",
-                stored,
-                2.0,
-                rel=1e-14,
-                why="k R_c²/2",
-            ),
-            is_so(
-                f"{name}: force",
-                f"{push[0, 0]:g}, {push[1, 0]:g}",
-                bool(push[0, 0] == -4 and push[1, 0] == 4),
-                "-4, 4 along x",
-                why="the lower ID to the left, so that all ranks choose alike",
-            ),
-            above(f"{name}: distance after", float(x[1, 0] - x[0, 0]), 1.0, why="pushed apart"),
-        ]
+    rows = [row for law in laws for row in two_free_nodes(lab, law, steps)]
+    return Outcome(rows + two_bonded_nodes(lab, steps) + twin_grains(lab, steps))
+
+
+def two_free_nodes(lab: Lab, law: str, steps: int) -> list[Row]:
+    one = cloud([[0.0, 0.0], [0.0, 0.0]], molecule=[1, 2], dimension=2, margin=400)
+    sim = lab.simulation().load(one, dimension=2)
+    sim.commands(
+        f"pair_style peridem/contact\npair_coeff * * radius 1 stiffness 4 {law}\n"
+        f"fix motion all nve\ntimestep 0.05\nrun 0 post no"
+    )
+    stored, push = sim.thermo("pe"), sim.atoms("f")
+    sim.commands(f"run {steps} post no")
+    x, name = sim.atoms("x"), law or "spring"
+    return [
+        near(
+            f"{name}: energy of two free nodes at one place", stored, 2.0, rel=1e-14, why="k R_c²/2"
+        ),
+        is_so(
+            f"{name}: force",
+            f"{push[0, 0]:g}, {push[1, 0]:g}",
+            bool(push[0, 0] == -4 and push[1, 0] == 4),
+            "-4, 4 along x",
+            why="the lower ID to the left, so that all ranks choose alike",
+        ),
+        above(f"{name}: distance after", float(x[1, 0] - x[0, 0]), 1.0, why="pushed apart"),
+    ]
+
+
+def two_bonded_nodes(lab: Lab, steps: int) -> list[Row]:
     x = disc(3.1)
-    whole = cloud(x, dimension=2)
     moved = x.copy()
     moved[5] = moved[6]
-    sim = loaded(lab, whole.moved(moved), lps(), extra="timestep 0.05")
+    sim = loaded(lab, cloud(x, dimension=2).moved(moved), lps(), extra="timestep 0.05")
     sim.commands("run 0 post no")
-    force = sim.atoms("f")
-    rows += [
-        is_so(
+    force, start = sim.atoms("f"), sim.thermo("pe")
+    rows = [
+        finite_row(
             "two bonded nodes at one place: forces",
-            "finite" if finite(sim) else "NaN",
-            finite(sim),
-            "finite",
-            why="a bond without direction pulls nowhere",
+            sim,
+            "a bond without direction pulls nowhere",
         ),
         below(
             "... sum of forces / largest",
@@ -336,17 +329,18 @@ def same_place(lab: Lab, steps: int) -> Outcome:
             why="rounding",
         ),
     ]
-    start = sim.thermo("pe")
     sim.commands(f"run {steps} post no")
-    rows.append(
-        near(
-            "... energy after / before",
-            (sim.thermo("pe") + sim.thermo("ke")) / start,
-            1.0,
-            abs=0.2,
-            why="the force jumps where the two nodes meet",
-        )
+    after = near(
+        "... energy after / before",
+        (sim.thermo("pe") + sim.thermo("ke")) / start,
+        1.0,
+        abs=0.2,
+        why="the force jumps where the two nodes meet",
     )
+    return [*rows, after]
+
+
+def twin_grains(lab: Lab, steps: int) -> list[Row]:
     twice = join(
         cloud(disc(3.1), dimension=2), cloud(disc(3.1), dimension=2, molecule=2), margin=200
     )
@@ -354,21 +348,10 @@ def same_place(lab: Lab, steps: int) -> Outcome:
     sim.commands("run 0 post no")
     start = books(sim)[CONTACT]
     sim.commands(f"run {steps} post no")
-    rows += [
-        is_so(
-            "two grains at one place",
-            "finite" if finite(sim) else "NaN",
-            finite(sim),
-            "finite",
-            why="every node has a twin at distance 0",
-        ),
-        is_so(
-            "... warning",
-            "yes" if "overlap at the start" in sim.printed() else "no",
-            "overlap at the start" in sim.printed(),
-            "yes",
-            why="the deepest by 100 %",
-        ),
+    warned = "overlap at the start" in sim.printed()
+    return [
+        finite_row("two grains at one place", sim, "every node has a twin at distance 0"),
+        is_so("... warning", "yes" if warned else "no", warned, "yes", why="the deepest by 100 %"),
         below(
             "... drift / energy of the overlap",
             abs(books(sim)[DRIFT]) / start,
@@ -382,7 +365,6 @@ def same_place(lab: Lab, steps: int) -> Outcome:
             why="no more than there was",
         ),
     ]
-    return Outcome(rows)
 
 
 CASES = [

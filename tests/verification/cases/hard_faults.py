@@ -14,7 +14,7 @@ import numpy as np
 
 from support.clouds import Cloud, ragged
 from support.oracle import Solid
-from support.runs import MpiRunner, header, lps_words, read_dump
+from support.runs import MpiRunner, Simulation, header, lps_words, read_dump
 
 from .base import Case, Lab, Outcome, Row, above, below, is_so
 from .hard_common import BROKEN, CONTACT, STRAIN, books, loaded, total
@@ -43,12 +43,9 @@ def runner(lab: Lab) -> MpiRunner:
 def no_jump(lab: Lab, side: int, steps: int) -> Outcome:
     rows: list[Row] = []
     for name, rate in (("before bonds break", 0.002), ("after bonds have broken", 0.05)):
-        one = pulled(side, rate)
-        sim = loaded(lab, one, lps_words(SOLID), TOUCH, "timestep 0.05")
+        sim = loaded(lab, pulled(side, rate), lps_words(SOLID), TOUCH, "timestep 0.05")
         sim.commands(f"run {steps} post no")
-        energy, strain = sim.thermo("pe"), books(sim)[STRAIN]
         damage = sim.compute("node")[:, 0].mean()
-        force = sim.atoms("f")
         right = damage == 0 if rate < 0.01 else 0.02 < damage < 0.9
         rows.append(
             is_so(
@@ -59,60 +56,53 @@ def no_jump(lab: Lab, side: int, steps: int) -> Outcome:
                 why="the scene is what it says",
             )
         )
-        rounding = "the same sums, perhaps in another order"
-
-        def compare(
-            what: str,
-            other,
-            name=name,
-            energy=energy,
-            strain=strain,
-            force=force,
-            rounding=rounding,
-        ):
-            jumps = abs(other.thermo("pe") / energy - 1), np.abs(other.atoms("f") - force).max()
-            rows.append(
-                below(
-                    f"{name}, {what}: jump of the potential energy / itself",
-                    jumps[0],
-                    1e-13,
-                    why=rounding,
-                )
-            )
-            rows.append(
-                below(
-                    f"{name}, {what}: jump of a force / largest",
-                    jumps[1] / np.abs(force).max(),
-                    1e-12,
-                    why=rounding,
-                )
-            )
-            rows.append(
-                below(
-                    f"{name}, {what}: jump of the strain energy / itself",
-                    abs(books(other)[STRAIN] / strain - 1),
-                    1e-13,
-                    why=rounding,
-                )
-            )
-
+        state = state_of(sim)
         restart = lab.folder / f"jump{rate}.restart"
         sim.commands(f"write_restart {restart}")
-        sim.commands("run 0 post no")
-        compare("a new run", sim)
-        sim.commands("atom_modify sort 1 0.5\nneigh_modify every 1 delay 0 check no\nrun 0 post no")
-        compare("atoms sorted", sim)
-        sim.commands("comm_modify cutoff 12.0\nneighbor 1.0 bin\nrun 0 post no")
-        compare("other ghosts and skin", sim)
+        for what, script in SAME_STATE.items():
+            sim.commands(f"{script}\nrun 0 post no")
+            rows += jump_rows(f"{name}, {what}", state, state_of(sim))
         second = lab.simulation().commands(
             f"read_restart {restart}\npair_coeff * * peridem/lps {lps_words(SOLID)}\n"
             f"pair_coeff * * peridem/contact {TOUCH}\ncompute books all peridem/energy\n"
             "fix motion all nve\nthermo_style custom step pe c_books[1]\nthermo_modify norm no\n"
             "run 0 post no"
         )
-        compare("a restart read", second)
+        rows += jump_rows(f"{name}, a restart read", state, state_of(second))
         lab.close()
     return Outcome(rows)
+
+
+SAME_STATE = {
+    "a new run": "",
+    "atoms sorted": "atom_modify sort 1 0.5\nneigh_modify every 1 delay 0 check no",
+    "other ghosts and skin": "comm_modify cutoff 12.0\nneighbor 1.0 bin",
+}
+
+
+def state_of(sim: Simulation) -> tuple[float, float, np.ndarray]:
+    """Potential energy, strain energy, forces."""
+    return sim.thermo("pe"), float(books(sim)[STRAIN]), sim.atoms("f")
+
+
+def jump_rows(name: str, before: tuple, after: tuple) -> list[Row]:
+    rounding = "the same sums, perhaps in another order"
+    force = np.abs(after[2] - before[2]).max() / np.abs(before[2]).max()
+    return [
+        below(
+            f"{name}: jump of the potential energy / itself",
+            abs(after[0] / before[0] - 1),
+            1e-13,
+            why=rounding,
+        ),
+        below(f"{name}: jump of a force / largest", force, 1e-12, why=rounding),
+        below(
+            f"{name}: jump of the strain energy / itself",
+            abs(after[1] / before[1] - 1),
+            1e-13,
+            why=rounding,
+        ),
+    ]
 
 
 # --- what breaks ---------------------------------------------------------------------------------

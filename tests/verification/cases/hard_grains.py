@@ -16,7 +16,7 @@ from .hard_common import (
     REACH,
     SHEAR,
     books,
-    finite,
+    finite_row,
     limit,
     loaded,
     lps,
@@ -105,36 +105,41 @@ def pair_frequency_sq(d: int, lame: float, shear: float) -> float:
 
 
 def one_bond(lab: Lab, steps: int) -> Outcome:
-    rows: list[Row] = []
-    lame = BULK - 2 * SHEAR / 3
-    for d in (2, 3):
-        one = cloud([[0.0, 0, 0], [1.0, 0, 0]], dimension=d, margin=30)
-        one.v[:, 0] = (-1e-3, 1e-3)
-        sim = loaded(lab, one, lps(horizon=1.5), dimension=d).commands("run 0 post no")
-        expected = 2.0 / np.sqrt(pair_frequency_sq(d, lame, SHEAR))
-        rows.append(
-            near(
-                f"two nodes, {d}D: stable step",
-                limit(sim),
-                expected,
-                rel=1e-6,
-                why="2/ω, ω² = 4 d (d λ' + 2 G)/(ρ R²); the eigenvalue is found to 1e-7",
-            )
-        )
-        omega, dt = 2.0 / expected, 0.01 * expected
-        sim.commands(f"timestep {dt:.17g}\nrun {round(0.5 * np.pi / omega / dt)} post no")
-        stretch = sim.atoms("x")[1, 0] - sim.atoms("x")[0, 0] - 1.0
-        rows.append(
-            near(
-                f"two nodes, {d}D: amplitude",
-                stretch,
-                2e-3 / omega,
-                rel=1e-4,
-                why="v/ω after a quarter of a period; velocity Verlet at 0.01 of the stable step",
-            )
-        )
-        lab.close()
+    rows = [row for d in (2, 3) for row in two_nodes(lab, d)]
+    return Outcome(rows + pulled_off(lab, steps))
 
+
+def two_nodes(lab: Lab, d: int) -> list[Row]:
+    """They swing at the end of their bond."""
+    one = cloud([[0.0, 0, 0], [1.0, 0, 0]], dimension=d, margin=30)
+    one.v[:, 0] = (-1e-3, 1e-3)
+    sim = loaded(lab, one, lps(horizon=1.5), dimension=d).commands("run 0 post no")
+    expected = 2.0 / np.sqrt(pair_frequency_sq(d, BULK - 2 * SHEAR / 3, SHEAR))
+    step = limit(sim)
+    omega, dt = 2.0 / expected, 0.01 * expected
+    sim.commands(f"timestep {dt:.17g}\nrun {round(0.5 * np.pi / omega / dt)} post no")
+    stretch = sim.atoms("x")[1, 0] - sim.atoms("x")[0, 0] - 1.0
+    lab.close()
+    return [
+        near(
+            f"two nodes, {d}D: stable step",
+            step,
+            expected,
+            rel=1e-6,
+            why="2/ω, ω² = 4 d (d λ' + 2 G)/(ρ R²); the eigenvalue is found to 1e-7",
+        ),
+        near(
+            f"two nodes, {d}D: amplitude",
+            stretch,
+            2e-3 / omega,
+            rel=1e-4,
+            why="v/ω after a quarter of a period; velocity Verlet at 0.01 of the stable step",
+        ),
+    ]
+
+
+def pulled_off(lab: Lab, steps: int) -> list[Row]:
+    """A node that hangs on a disc by one bond."""
     x = np.concatenate([disc(3.1), [[4.2, 0.0, 0.0]]])
     one = cloud(x, dimension=2, margin=60)
     one.v[-1] = (1.0, 0.5, 0.0)
@@ -144,7 +149,7 @@ def one_bond(lab: Lab, steps: int) -> Outcome:
     sim.commands(f"run {steps} post no")
     v = sim.atoms("v")[-1]
     sim.commands(f"run {steps} post no")
-    rows += [
+    return [
         near(
             "node that hangs on a disc by one bond: bonds before", bonds, 1, abs=0, why="as built"
         ),
@@ -157,13 +162,7 @@ def one_bond(lab: Lab, steps: int) -> Outcome:
             0.0,
             why="a free node: no force at all",
         ),
-        is_so(
-            "... all numbers",
-            "finite" if finite(sim) else "NaN",
-            finite(sim),
-            "finite",
-            why="no division by its bonds",
-        ),
+        finite_row("... all numbers", sim, "no division by its bonds"),
         below(
             "... drift of the energy balance / energy of the broken bond",
             abs(books(sim)[DRIFT]) / books(sim)[BROKEN],
@@ -171,7 +170,6 @@ def one_bond(lab: Lab, steps: int) -> Outcome:
             why="a bond breaks between two steps: v dt / (s0 R) = 0.17 of its stretch is not known",
         ),
     ]
-    return Outcome(rows)
 
 
 # --- uneven volumes ------------------------------------------------------------------------------
@@ -222,54 +220,58 @@ def volumes(lab: Lab, ratios: tuple[float, ...], side: int, steps: int) -> Outco
 def materials(
     lab: Lab, ratios: tuple[float, ...], horizons: tuple[float, ...], radius: float, steps: int
 ) -> Outcome:
-    rows: list[Row] = []
+    rows = [row for nu in ratios for row in ratio_rows(lab, nu, horizons, radius, steps)]
+    return Outcome(rows + refused_ratios(lab))
+
+
+def ratio_rows(
+    lab: Lab, nu: float, horizons: tuple[float, ...], radius: float, steps: int
+) -> list[Row]:
+    """A disc dilated, and ringing, for one ratio of Poisson."""
     small = 1e-3
-    for nu in ratios:
-        shear = 3 * BULK * (1 - 2 * nu) / (2 * (1 + nu))
-        lame = BULK - 2 * shear / 3
-        worst, drift, steps_c = 0.0, 0.0, []
-        for m in horizons:
-            rng = np.random.default_rng(7)
-            one = cloud(disc(radius), dimension=2, margin=60)
-            sim = at_half_the_step(lab, one, lps(BULK, shear, m + 0.015))
-            steps_c.append(limit(sim) * np.sqrt(BULK + 4 * shear / 3))
-            energy = sim.at(one.reference * (1 + small, 1 + small, 1)).thermo("pe")
-            exact = 2 * (lame + shear) * small**2 * one.n
-            worst = max(worst, abs(energy / exact - 1))
-            one = ringing(one, 1e-4, rng)
-            sim.at(one.x, one.v)
-            start = total(sim)
-            for _ in range(5):
-                sim.commands(f"run {steps // 5} post no")
-                drift = max(drift, abs(total(sim) / start - 1))
-            lab.close()
-        name = f"ν = {nu:g}, horizons {', '.join(f'{m:g}' for m in horizons)}"
-        rows += [
-            below(
-                f"{name}: energy of a 0.1 % dilation against 2 (λ + G) ε² V",
-                worst,
-                1e-11,
-                why=(
-                    "exact at every node, free surface or not: m and θ are sums over the same "
-                    "family"
-                ),
-            ),
-            below(
-                f"{name}: largest change of energy / energy",
-                drift,
-                0.15,
-                why=(
-                    "velocity Verlet at half the stable step, random velocities: bounded by (ω "
-                    "dt)²/8 of the fastest modes"
-                ),
-            ),
-            shown(
-                f"{name}: stable step c/h",
-                ", ".join(f"{value:.2f}" for value in steps_c),
-                why="grows with the horizon",
-            ),
-        ]
+    shear = 3 * BULK * (1 - 2 * nu) / (2 * (1 + nu))
+    lame = BULK - 2 * shear / 3
+    worst, drift, steps_c = 0.0, 0.0, []
+    for m in horizons:
+        one = cloud(disc(radius), dimension=2, margin=60)
+        sim = at_half_the_step(lab, one, lps(BULK, shear, m + 0.015))
+        steps_c.append(limit(sim) * np.sqrt(BULK + 4 * shear / 3))
+        energy = sim.at(one.reference * (1 + small, 1 + small, 1)).thermo("pe")
+        exact = 2 * (lame + shear) * small**2 * one.n
+        worst = max(worst, abs(energy / exact - 1))
+        one = ringing(one, 1e-4, np.random.default_rng(7))
+        sim.at(one.x, one.v)
+        start = total(sim)
+        for _ in range(5):
+            sim.commands(f"run {steps // 5} post no")
+            drift = max(drift, abs(total(sim) / start - 1))
+        lab.close()
+    name = f"ν = {nu:g}, horizons {', '.join(f'{m:g}' for m in horizons)}"
+    return [
+        below(
+            f"{name}: energy of a 0.1 % dilation against 2 (λ + G) ε² V",
+            worst,
+            1e-11,
+            why="exact at every node, free surface or not: m and θ are sums over the same family",
+        ),
+        below(
+            f"{name}: largest change of energy / energy",
+            drift,
+            0.15,
+            why="velocity Verlet at half the stable step, random velocities: bounded by (ω dt)²/8 "
+            "of the fastest modes",
+        ),
+        shown(
+            f"{name}: stable step c/h",
+            ", ".join(f"{value:.2f}" for value in steps_c),
+            why="grows with the horizon",
+        ),
+    ]
+
+
+def refused_ratios(lab: Lab) -> list[Row]:
     sim = lab.simulation().load(cloud(disc(3.1), dimension=2), dimension=2)
+    rows = []
     for nu, fine in ((0.5, False), (-1.0, False), (0.6, False), (0.499, True)):
         said = refusal(
             sim,
@@ -285,7 +287,7 @@ def materials(
                 why="a solid must resist both shear and compression",
             )
         )
-    return Outcome(rows)
+    return rows
 
 
 # --- squeezed ------------------------------------------------------------------------------------
@@ -318,13 +320,7 @@ def squeezed(lab: Lab, side: int, parts: tuple[float, ...], speed: float) -> Out
         got, name = books(sim), f"to {100 * (1 - part):g} % of its height"
         warned = "compressed" in sim.printed()
         rows += [
-            is_so(
-                f"{name}: all numbers",
-                "finite" if finite(sim) else "NaN",
-                finite(sim),
-                "finite",
-                why="no blow-up",
-            ),
+            finite_row(f"{name}: all numbers", sim, "no blow-up"),
             below(
                 f"{name}: drift / work of the walls",
                 abs(got[DRIFT]) / got[5],

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 from matplotlib.figure import Figure
 
@@ -112,8 +114,8 @@ def sharpness(lab: Lab, parts: tuple[float, ...], steps: int) -> Outcome:
 # --- a million steps -----------------------------------------------------------------------------
 
 
-def long_run(lab: Lab, steps: int, pieces: int) -> Outcome:
-    """Nine nodes that spin and ring: the energy swings within a band that must not move."""
+def spinning(lab: Lab) -> tuple[Cloud, Simulation]:
+    """Nine nodes that spin and ring."""
     rng = np.random.default_rng(11)
     one = cloud(disc(1.5), dimension=2, margin=40)
     x = one.x.copy()
@@ -123,7 +125,12 @@ def long_run(lab: Lab, steps: int, pieces: int) -> Outcome:
     one.v -= one.v.mean(axis=0)
     one = one.moved(x)
     sim = loaded(lab, one, lps(horizon=2.1)).commands("run 0 post no")
-    sim.commands(f"timestep {0.5 * limit(sim):.17g}\nrun 0 post no")
+    return one, sim.commands(f"timestep {0.5 * limit(sim):.17g}\nrun 0 post no")
+
+
+def long_run(lab: Lab, steps: int, pieces: int) -> Outcome:
+    """The energy swings within a band that must not move."""
+    one, sim = spinning(lab)
     start, spin = total(sim), np.cross(one.x, one.v).sum(axis=0)[2]
     band: list[tuple[float, float]] = []
     for _ in range(pieces):
@@ -133,8 +140,7 @@ def long_run(lab: Lab, steps: int, pieces: int) -> Outcome:
             energies.append(total(sim) / start)
         band.append((min(energies), max(energies)))
     table = np.array(band)
-    half = len(table) // 2
-    means = table.mean(axis=1)
+    half, means = len(table) // 2, table.mean(axis=1)
     rows = [
         near(
             f"middle of the energy's band, second half / first half of {steps} steps",
@@ -163,17 +169,17 @@ def long_run(lab: Lab, steps: int, pieces: int) -> Outcome:
             why="as above",
         ),
     ]
+    return Outcome(rows, lambda: draw_band(table, steps))
 
-    def draw() -> Figure:
-        figure, (ax,) = panels(1)
-        at = (np.arange(pieces) + 0.5) * steps / pieces
-        ax.fill_between(at, table[:, 0], table[:, 1], alpha=0.4, label="least to largest")
-        ax.plot(at, means, label="middle")
-        ax.set(xlabel="step", ylabel="energy / energy at the start")
-        ax.legend()
-        return figure
 
-    return Outcome(rows, draw)
+def draw_band(table: np.ndarray, steps: int) -> Figure:
+    figure, (ax,) = panels(1)
+    at = (np.arange(len(table)) + 0.5) * steps / len(table)
+    ax.fill_between(at, table[:, 0], table[:, 1], alpha=0.4, label="least to largest")
+    ax.plot(at, table.mean(axis=1), label="middle")
+    ax.set(xlabel="step", ylabel="energy / energy at the start")
+    ax.legend()
+    return figure
 
 
 # --- at rest -------------------------------------------------------------------------------------
@@ -227,96 +233,134 @@ CUT_ALL = (
 )
 
 
+@dataclass(frozen=True)
+class Settled:
+    """What a heap of discs, or its dust, has come to under a law of contact.
+
+    Energies are over weight times height at the start.
+    """
+
+    law: str
+    dust: bool
+    one: Cloud
+    sim: Simulation
+    fall: float  # weight times height at the start
+    times: list[float]
+    kinetic: list[float]
+    whole: list[float]  # gravity's, strain, contact and kinetic energy
+
+    @property
+    def quiet(self) -> bool:
+        """Something takes the energy: damping, or what rings inside the discs."""
+        return "restitution" in self.law or "damping" in self.law or not self.dust
+
+    @property
+    def creeps(self) -> bool:
+        return self.dust and "regularised" in self.law
+
+
+def settled(lab: Lab, dust: bool, law: str, columns: int, layers: int, steps: int) -> Settled:
+    one = heap_of_discs(2.1, columns, layers)
+    fall = 0.01 * float((one.mass * one.x[:, 1]).sum())
+    solid = lps(horizon=2.1) + ("" if dust else " viscosity 0.5")
+    sim = box(lab, one, law, solid, CUT_ALL if dust else "")
+    found = Settled(law, dust, one, sim, fall, [], [], [])
+    for _ in range(20):
+        sim.commands(f"run {steps // 20} post no")
+        found.times.append(sim.thermo("time"))
+        found.kinetic.append(books(sim)[KINETIC] / fall)
+        height = 0.01 * float((one.mass * sim.atoms("x")[:, 1]).sum()) / fall
+        stored = books(sim)[[STRAIN, CONTACT]].sum() / fall
+        found.whole.append(height + found.kinetic[-1] + stored)
+    return found
+
+
+def energy_rows(heap: Settled) -> list[Row]:
+    law, late = heap.law, heap.whole[len(heap.whole) // 2 :]
+    rest, why = (1e-7, COLD) if heap.quiet else (1e-2, WARM)
+    if heap.creeps:  # one node falls by a spacing
+        rest, why = 0.01 * float(heap.one.mass.max()) / heap.fall, CREEP
+    return [
+        below(
+            f"{law}: kinetic energy in the end / weight x height at the start",
+            max(heap.kinetic[-3:]),
+            rest,
+            why=why,
+        ),
+        below(
+            f"{law}: drift / weight x height at the start",
+            abs(books(heap.sim)[DRIFT]) / heap.fall,
+            0.05 if heap.dust else 0.01,
+            why="contacts that open and close within few steps give a little more than they got",
+        ),
+        below(
+            f"{law}: largest rise of gravity's, strain, contact and kinetic energy in the "
+            "second half / weight x height at the start",
+            max(np.diff(late)),
+            1e-8 if heap.quiet else 1e-3,
+            why=(
+                "nothing gives energy to what has come to rest"
+                if heap.quiet
+                else "nodes that go on bouncing: contacts of few steps, see drift"
+            ),
+        ),
+    ]
+
+
+def place_rows(heap: Settled) -> list[Row]:
+    law, one, sim = heap.law, heap.one, heap.sim
+    x, top = sim.atoms("x"), one.x[:, 1].max() + 1
+    inside = bool(np.isfinite(x).all() and x[:, 1].min() > 0 and x[:, 1].max() < top)
+    rows = [
+        is_so(
+            f"{law}: nodes in the box",
+            f"lowest at {x[:, 1].min():.2f}, highest at {x[:, 1].max():.2f}",
+            inside,
+            "above the floor, none thrown out",
+            why="no NaN, no blow-up",
+        ),
+        near(
+            f"{law}: damage",
+            float(sim.compute("node")[:, 0].mean()),
+            float(heap.dust),
+            abs=0.0,
+            why="all bonds cut" if heap.dust else "unbreakable",
+        ),
+    ]
+    if heap.quiet:
+        rows.append(carried_row(heap))
+    contact = shown(
+        f"{law}: energy of contact in the end / at the start's weight x height",
+        books(sim)[CONTACT] / heap.fall,
+        why="the heap's own weight",
+    )
+    return [*rows, contact]
+
+
+def carried_row(heap: Settled) -> Row:
+    walls = -sum(heap.sim.fix_vector(name, 2)[1] for name in ("low", "left", "right"))
+    return near(
+        f"{heap.law}: what floor and walls carry / weight",
+        walls / (0.01 * heap.one.mass.sum()),
+        1.0,
+        abs=2 / heap.one.n if heap.creeps else 0.01,
+        why=(
+            "nodes that fall are not carried, here at most two at a time"
+            if heap.creeps
+            else "at rest: what moves still is 1e-7 of the energy, so 1e-3 of the fall's forces"
+        ),
+    )
+
+
 def at_rest(
     lab: Lab, dust: bool, laws: tuple[str, ...], columns: int, layers: int, steps: int
 ) -> Outcome:
     rows: list[Row] = []
     curves: dict[str, tuple[list[float], list[float]]] = {}
     for law in laws:
-        one = heap_of_discs(2.1, columns, layers)
-        fall = 0.01 * float((one.mass * one.x[:, 1]).sum())
-        solid = lps(horizon=2.1) + ("" if dust else " viscosity 0.5")
-        sim = box(lab, one, law, solid, CUT_ALL if dust else "")
-        times, kinetic, whole = [], [], []
-        for _ in range(20):
-            sim.commands(f"run {steps // 20} post no")
-            times.append(sim.thermo("time"))
-            kinetic.append(books(sim)[KINETIC] / fall)
-            height = 0.01 * float((one.mass * sim.atoms("x")[:, 1]).sum()) / fall
-            whole.append(height + kinetic[-1] + books(sim)[[STRAIN, CONTACT]].sum() / fall)
-        curves[law] = (times, kinetic)
-        got, x = books(sim), sim.atoms("x")
-        top = one.x[:, 1].max() + 1
-        inside = bool(np.isfinite(x).all() and x[:, 1].min() > 0 and x[:, 1].max() < top)
-        damping = "restitution" in law or "damping" in law
-        creeps = dust and "regularised" in law
-        rest = 1e-7 if damping or not dust else 1e-2
-        if creeps:
-            rest = 0.01 * float(one.mass.max()) / fall  # one node falls by a spacing
-        rows += [
-            below(
-                f"{law}: kinetic energy in the end / weight x height at the start",
-                max(kinetic[-3:]),
-                rest,
-                why=CREEP if creeps else COLD if damping or not dust else WARM,
-            ),
-            below(
-                f"{law}: drift / weight x height at the start",
-                abs(got[DRIFT]) / fall,
-                0.05 if dust else 0.01,
-                why=(
-                    "contacts that open and close within few steps give a little more than they got"
-                ),
-            ),
-            below(
-                f"{law}: largest rise of gravity's, strain, contact and kinetic energy in the "
-                "second half / weight x height at the start",
-                max(np.diff(whole[len(whole) // 2 :])),
-                1e-8 if damping or not dust else 1e-3,
-                why=(
-                    "nothing gives energy to what has come to rest"
-                    if damping or not dust
-                    else "nodes that go on bouncing: contacts of few steps, see drift"
-                ),
-            ),
-            is_so(
-                f"{law}: nodes in the box",
-                f"lowest at {x[:, 1].min():.2f}, highest at {x[:, 1].max():.2f}",
-                inside,
-                "above the floor, none thrown out",
-                why="no NaN, no blow-up",
-            ),
-            near(
-                f"{law}: damage",
-                float(sim.compute("node")[:, 0].mean()),
-                float(dust),
-                abs=0.0,
-                why="all bonds cut" if dust else "unbreakable",
-            ),
-        ]
-        if damping or not dust:
-            walls = -sum(sim.fix_vector(name, 2)[1] for name in ("low", "left", "right"))
-            rows.append(
-                near(
-                    f"{law}: what floor and walls carry / weight",
-                    walls / (0.01 * one.mass.sum()),
-                    1.0,
-                    abs=2 / one.n if creeps else 0.01,
-                    why=(
-                        "nodes that fall are not carried, here at most two at a time"
-                        if creeps
-                        else "at rest: what moves still is 1e-7 of the energy, so 1e-3 of the "
-                        "fall's forces"
-                    ),
-                )
-            )
-        rows.append(
-            shown(
-                f"{law}: energy of contact in the end / at the start's weight x height",
-                got[CONTACT] / fall,
-                why="the heap's own weight",
-            )
-        )
+        heap = settled(lab, dust, law, columns, layers, steps)
+        curves[law] = (heap.times, heap.kinetic)
+        rows += energy_rows(heap) + place_rows(heap)
         lab.close()
 
     def draw() -> Figure:

@@ -184,66 +184,57 @@ def scene_rows(name: str, scene: Scene, free: Hit, lossy: Hit) -> list[Row]:
             why="second order in the step: at a quarter of the largest, (ωΔt)²/8 is 0.03 of what "
             "the stiffest springs of contact hold",
         ),
-        below(
-            f"{name}, restitution 0.7: drift",
-            lossy.drift,
-            2e-3,
-            why="the same",
-        ),
-    ]
-    rows.append(
+        below(f"{name}, restitution 0.7: drift", lossy.drift, 2e-3, why="the same"),
         above(
             f"{name}: energy of contact at its largest over the kinetic energy",
             free.stored,
             1e-3,
             why="they meet",
-        )
-    )
+        ),
+    ]
     if scene.held:
-        rows.append(
-            near(
-                f"{name}: speed at which it meets (m/s)",
-                -float(free.speed[:, 1].min()),
-                scene.hit,
-                rel=5e-3,
-                why="free fall, seen at looks 1/200 of the time apart",
-            )
+        meeting = near(
+            f"{name}: speed at which it meets (m/s)",
+            -float(free.speed[:, 1].min()),
+            scene.hit,
+            rel=5e-3,
+            why="free fall, seen at looks 1/200 of the time apart",
         )
     else:
-        rows.append(
-            below(
-                f"{name}: relative change of momentum",
-                max(free.momentum, lossy.momentum),
-                1e-11,
-                why="rounding of some ten thousand steps",
-            )
+        meeting = below(
+            f"{name}: relative change of momentum",
+            max(free.momentum, lossy.momentum),
+            1e-11,
+            why="rounding of some ten thousand steps",
         )
-    if name in CENTRAL:
-        rows += [
-            within(
-                f"{name}, no loss: speed of parting over approach",
-                free.ratio,
-                0.9,
-                1.0,
-                why="what vibration keeps: a few per cent, more in a soft grain",
-            ),
-            near(
-                f"{name}, restitution 0.7: speed of parting over approach",
-                lossy.ratio,
-                0.7,
-                abs=0.05,
-                why="as for discs in the restitution case",
-            ),
-        ]
-    else:
-        rows.append(
+    return [*rows, meeting, *parting_rows(name, free, lossy)]
+
+
+def parting_rows(name: str, free: Hit, lossy: Hit) -> list[Row]:
+    if name not in CENTRAL:
+        return [
             shown(
                 f"{name}: speed of parting over approach, no loss, and with restitution 0.7",
                 f"{free.ratio:.2f}, {lossy.ratio:.2f}",
                 why="off centre: the rest is spin",
             )
-        )
-    return rows
+        ]
+    return [
+        within(
+            f"{name}, no loss: speed of parting over approach",
+            free.ratio,
+            0.9,
+            1.0,
+            why="what vibration keeps: a few per cent, more in a soft grain",
+        ),
+        near(
+            f"{name}, restitution 0.7: speed of parting over approach",
+            lossy.ratio,
+            0.7,
+            abs=0.05,
+            why="as for discs in the restitution case",
+        ),
+    ]
 
 
 def run_seeds(lab: Lab, spacing: float, names: tuple[str, ...]) -> Outcome:
