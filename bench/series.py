@@ -3,10 +3,9 @@
 A grain that is rigid gives way at its contacts only.  For the same force at the same approach the
 springs would have to be softer by some factor.  First a single grain between plates, of several
 shapes: its force from a slow simulation, deformable, and that of the rigid grain, which is the sum
-of its nodes' springs: their ratio is the factor f of a contact with a wall.  There half the grain
-is in series with the spring, between two grains it is two halves: the factor becomes f / (2 - f).
-Then a packing of fifteen grains pressed by a lid: deformable, rigid, and rigid with springs softer
-by these factors.
+of its nodes' springs: their ratio is the factor f of a contact with a wall, beside what
+``peridem.series`` computes.  Then a packing of fifteen grains pressed by a lid: deformable, rigid,
+and rigid with springs softer by the factors of ``peridem.series``.
 """
 
 from __future__ import annotations
@@ -17,8 +16,9 @@ from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
-from peridem import cloud, shapes
+from peridem import cloud, series, shapes
 from peridem.cloud import Cloud
+from peridem.material import Material
 from peridem.results_tables import averages
 
 from bench import timing
@@ -34,6 +34,9 @@ STRAINS = (1e-3, 3e-3, 1e-2)
 # they lie on a side: turned otherwise they roll away
 GRAINS: tuple[Callable[[float], shapes.Outline], ...]
 GRAINS = (shapes.circle, shapes.hexagon, shapes.drum)
+SOLID = Material(
+    bulk=BULK, poisson=0.25, density=1200.0, horizon=3.05 * SPACING, viscosity=8.0, name="grain"
+)
 PLATES = 0.08  # m/s: the largest strain takes ten periods of a grain
 LID, PRESS, PARTS = 0.1, 3e-3, 20
 CONTACT = f"radius {REACH:g} modulus {BULK:g} restitution 0.7 friction 0.3 form bulk"
@@ -59,7 +62,7 @@ atom_style peridem
 neighbor {0.3 * REACH} bin
 read_data {folder / "one.data"}
 pair_style hybrid/overlay peridem/lps peridem/contact
-pair_coeff * * peridem/lps bulk {BULK} poisson 0.25 horizon {3.05 * SPACING} unbreakable viscosity 8
+pair_coeff * * peridem/lps {SOLID.pair_coeff(2)}
 pair_coeff * * peridem/contact radius {REACH} modulus {BULK} form bulk {ALPHA}
 fix floor all peridem/wall plane 0 {bottom} 0 0 1 0 velocity 0 {0.5 * PLATES} 0
 fix lid all peridem/wall plane 0 {top} 0 0 -1 0 velocity 0 {-0.5 * PLATES} 0
@@ -108,7 +111,8 @@ def single_grains(lmp: Path, quick: bool) -> list[Row]:
         at = 2 * RADIUS * np.array(STRAINS)
         ratio = np.interp(at, approach, force) / rigid(one, at)
         words = {f"f at strain {e:g}": float(r) for e, r in zip(STRAINS, ratio, strict=True)}
-        rows.append({"grains": f"one {make.__name__}", **words})
+        computed = series.pressed_factor(one, SOLID, (0.0, 1.0), ALPHA, STRAINS[1])
+        rows.append({"grains": f"one {make.__name__}", **words, "f computed": computed})
     return rows
 
 
@@ -129,16 +133,18 @@ run 10000000
 """
 
 
-def pressed(lmp: Path, factor: float, quick: bool) -> list[Row]:
+def pressed(lmp: Path, quick: bool) -> list[Row]:
     """The force on a lid that sinks on fifteen grains, in twenty parts of its way."""
-    pair, duration = factor / (2.0 - factor), 0.1 * PRESS if quick else PRESS
+    clouds = [cloud.mesh(make(RADIUS), SPACING) for make in GRAINS]
+    soft = series.factors(clouds, SOLID, ALPHA)
+    duration = 0.1 * PRESS if quick else PRESS
     ways = {
         "deformable": ("nve", 1.0, 1.0),
         "rigid": ("peridem/adapt eta 1e9", 1.0, 1.0),
-        f"rigid, springs times {factor:.2g} at walls, {pair:.2g} between grains": (
+        f"rigid, springs times {soft.wall:.2g} at walls, {soft.pair:.2g} between grains": (
             "peridem/adapt eta 1e9",
-            factor,
-            pair,
+            soft.wall,
+            soft.pair,
         ),
     }
     rows: list[Row] = []
@@ -169,14 +175,7 @@ def pressed(lmp: Path, factor: float, quick: bool) -> list[Row]:
 
 def measure(lmp: Path, folder: Path, machine: Machine, quick: bool) -> list[Row]:
     """Rows of single grains, then of the packing."""
-    rows = single_grains(lmp, quick)
-    return rows + pressed(lmp, _factor(rows), quick)
-
-
-def _factor(rows: list[Row]) -> float:
-    """Of shapes that are equally many: their compliances add up."""
-    key = f"f at strain {STRAINS[1]:g}"
-    return len(rows) / sum(1.0 / float(str(row[key])) for row in rows)
+    return single_grains(lmp, quick) + pressed(lmp, quick)
 
 
 def comment(rows: list[Row], machine: Machine) -> str:
@@ -184,7 +183,8 @@ def comment(rows: list[Row], machine: Machine) -> str:
     return f"""\
 f is the force of the deformable grain between plates over that of the rigid one with the same
 springs (`form bulk {ALPHA:g}`), so the factor by which springs of a rigid grain at a wall have to
-be softer; between two rigid grains it is f / (2 - f). The packing is settled, then pressed by a lid
+be softer, from slow simulations; computed: by `peridem.series` (between two rigid grains it is
+f / (2 - f)). The packing is settled, then pressed by a lid
 at {LID:g} m/s over {1e3 * LID * PRESS:g} mm; the difference is that of the force on the lid, root
 mean square over its way."""
 

@@ -124,7 +124,9 @@ def test_adaptive_grains_are_compared_with_deformable_ones(
     assert "course of" not in page
     assert (results / "adapt.png").stat().st_size > 10_000
     pressed = _rows(results, "series")
-    assert 0.01 < float(pressed[0]["f at strain 0.003"]) < 0.5  # a disc
+    simulated = float(pressed[0]["f at strain 0.003"])
+    # linear elastic, against a slow simulation with a little inertia: measured 0.5 %
+    assert simulated == pytest.approx(float(pressed[0]["f computed"]), rel=0.03)
     assert [row["grains"].split(",")[1].strip() for row in pressed[1:]] == [
         "deformable",
         "rigid",
