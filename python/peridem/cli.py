@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 import signal
 import sys
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
 from peridem import __version__
@@ -109,6 +109,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
         return 3
     except (ValueError, OSError, RuntimeError, KeyError) as error:
         text = error.args[0] if isinstance(error, KeyError) else error
+        if isinstance(error, OSError) and error.filename and error.strerror:
+            text = f"{error.filename}: {error.strerror}"
         print(f"peridem {options.command}: {text}", file=sys.stderr)
         return 1
     except KeyboardInterrupt:
@@ -160,7 +162,7 @@ def _add_convert(commands: argparse._SubParsersAction[argparse.ArgumentParser]) 
     convert.add_argument("path", type=Path, help="a deck (.yaml) or a scene (.py)")
     convert.add_argument("-o", "--output", type=Path, help="folder (out/NAME)")
     convert.add_argument("--as-published", action="store_true", help="as PeriDEM computes it")
-    convert.set_defaults(work=_convert)
+    convert.set_defaults(work=_at_once(_convert))
 
 
 def _add_mesh(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
@@ -185,7 +187,7 @@ def _add_mesh(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> 
         help="the sites of a lattice instead of a mesh",
     )
     mesh.add_argument("-o", "--output", type=Path, help="file to write: .msh, .vtu, .inp, ...")
-    mesh.set_defaults(work=_mesh)
+    mesh.set_defaults(work=_at_once(_mesh))
 
 
 def _add_plot(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
@@ -222,6 +224,22 @@ def _add_info(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> 
     info = _command(commands, "info", "say what a file or a folder holds", INFO)
     info.add_argument("path", type=Path, help="folder, script, dump, restart, log, mesh, deck, ...")
     info.set_defaults(work=_info)
+
+
+def _at_once(work: Callable[[argparse.Namespace], int]) -> Callable[[argparse.Namespace], int]:
+    """Work that Ctrl-C ends at once, in the middle of gmsh too, which knows nothing of Python."""
+
+    def ended_at_once(options: argparse.Namespace) -> int:
+        before = signal.getsignal(signal.SIGINT)
+        if before is not signal.default_int_handler:  # not the main program
+            return work(options)
+        signal.signal(signal.SIGINT, signal.SIG_DFL)
+        try:
+            return work(options)
+        finally:
+            signal.signal(signal.SIGINT, before)
+
+    return ended_at_once
 
 
 # ---- work ----------------------------------------------------------------------------------------
@@ -275,9 +293,10 @@ def _mesh(options: argparse.Namespace) -> int:
     made = cloud.make(
         options.shape, options.radius, options.spacing, options.volumes, options.lattice
     )
-    print(cli_info.mesh_line(made))
     if options.output:
         made.write(options.output)
+    print(cli_info.mesh_line(made))
+    if options.output:
         print(f"written to {options.output}")
     return 0
 

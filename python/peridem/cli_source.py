@@ -92,7 +92,8 @@ def load_scene(path: Path) -> Scene:
                 raise TypeError(f"{MAKER}() returned {type(made).__name__}, not a Scene")
             return made
     except Exception as error:
-        raise ValueError(f"{path}{_line(error, path)}: {error}") from error
+        what = error.msg if isinstance(error, SyntaxError) else error
+        raise ValueError(f"{path}{_line(error, path)}: {what}") from error
     finally:
         sys.path.remove(str(path.resolve().parent))
         del sys.modules[spec.name]

@@ -23,6 +23,8 @@ from peridem.solid import Solid, rotation_matrix
 Array = NDArray[np.float64]
 Cells = NDArray[np.int64]
 
+MOST_NODES = 5_000_000  # of one cloud
+
 VOLUMES = ("lumped", "voronoi")
 
 
@@ -337,6 +339,7 @@ def mesh(
             f"mesh of '{shape.name}': spacing must be above 0 and at most half of its width "
             f"{size:g}, not {spacing:g}"
         )
+    _check_size(shape, spacing)
     if isinstance(shape, Outline):
         nodes, cells = gmsh_mesh.fill_outline(shape, spacing)
     else:
@@ -363,6 +366,7 @@ def lattice(shape: Outline | Solid, spacing: float, kind: str = "") -> Cloud:
     from peridem import lattice as lattices
 
     kind = kind or {2: "square", 3: "cubic"}[shape.dimension]
+    _check_size(shape, spacing)
     nodes, surface = lattices.sites(shape, spacing, kind)
     cells = lattices.cells_between(nodes, spacing, shape)
     share = np.full(len(nodes), shape.measure / len(nodes))
@@ -396,9 +400,18 @@ def make(
             raise ValueError(f"{what} is a mesh file: a lattice fills named shapes only")
         return read(what, volumes=volumes, spacing=spacing)
     shape = shapes.named(what, radius)
-    if kind:
-        return lattice(shape, spacing or radius / 5.0, kind)
-    return mesh(shape, spacing or radius / 5.0, volumes)
+    spacing = radius / 5.0 if spacing is None else spacing
+    return lattice(shape, spacing, kind) if kind else mesh(shape, spacing, volumes)
+
+
+def _check_size(shape: Outline | Solid, spacing: float) -> None:
+    """Refuse more nodes than a grain can have: they would take hours and all memory."""
+    nodes = shape.measure / spacing**shape.dimension if spacing > 0.0 else 0.0
+    if nodes > MOST_NODES:
+        raise ValueError(
+            f"'{shape.name}' at a spacing of {spacing:g} has some {nodes:.1g} nodes, and at most "
+            f"{MOST_NODES:,} are made: a larger spacing needed"
+        )
 
 
 def _signed_volumes(nodes: Array, cells: Cells) -> Array:

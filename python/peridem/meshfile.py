@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import warnings
+from contextlib import redirect_stderr, redirect_stdout
 from dataclasses import dataclass
+from io import StringIO
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -123,12 +125,17 @@ def _read(path: str | Path) -> Any:
     if not path.is_file():
         raise FileNotFoundError(f"no mesh file {path}")
     try:
-        # meshio would try other programs' .msh too, and print what it thinks of it
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", RuntimeWarning)  # of its guess whether .stl is binary
-            return meshio.read(path, "gmsh" if path.suffix == ".msh" else None)
-    except (meshio.ReadError, KeyError, ValueError, IndexError, TypeError, SystemExit) as error:
-        raise ValueError(f"{path} cannot be read as a mesh: {error}") from error
+            if path.suffix == ".msh":
+                return meshio.gmsh.read(path)
+            # meshio prints what it thinks of a file
+            with redirect_stderr(StringIO()), redirect_stdout(StringIO()):
+                return meshio.read(path)
+    except (SystemExit, SyntaxError) as error:  # ... and would end the program
+        raise ValueError(f"{path} cannot be read as a mesh ({path.suffix[1:]})") from error
+    except (meshio.ReadError, KeyError, ValueError, IndexError, TypeError) as error:
+        raise ValueError(f"{path} cannot be read as a mesh: {error}".rstrip(": ")) from error
 
 
 def _blocks(mesh: Any, kind: str) -> tuple[list[Cells], list[NDArray[np.int64]]]:

@@ -168,6 +168,9 @@ def run(
             raise
     output = (job.folder / "screen.txt").read_text(errors="replace")
     (job.folder / "screen.txt").unlink()
+    if process.returncode == 0 and not resume and not (job.folder / LOG).is_file():
+        job.close("failed")
+        raise RunError(f"{find_lmp(lmp)} has written no {LOG}: is it LAMMPS?")
     if process.returncode < 0:  # as mpirun says it
         name = signal.strsignal(-process.returncode)
         output += f"lmp exited on signal {-process.returncode} ({name}).\n"

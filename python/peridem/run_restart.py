@@ -79,7 +79,8 @@ def newest_restart(paths: Iterable[Path]) -> tuple[Path, int]:
         except (ValueError, struct.error) as error:
             wrong.append(str(error))
     if not found:
-        reasons = "; ".join(wrong) or f"there is no {' or '.join(names)}"
+        none = f"there is no {' or '.join(names)}" if names else "this run has written none"
+        reasons = "; ".join(wrong) or none
         raise FileNotFoundError(f"no restart file to go on from: {reasons}")
     step, path = max(found, key=lambda pair: (pair[0], pair[1].stat().st_mtime))
     return path, step

@@ -9,6 +9,7 @@ import signal
 import subprocess
 import sys
 import time
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -138,6 +139,9 @@ def test_errors_are_one_line_and_exit_1(tmp_path, capsys):
     (tmp_path / "other.py").write_text("def make_scene():\n    return 5\n")
     (tmp_path / "bad.yaml").write_text("Model: [\n")
     (tmp_path / "x.png").write_bytes(b"png")
+    (tmp_path / "good.py").write_text(SCENE)
+    for kind in ("msh", "vtu", "stl", "foo"):
+        (tmp_path / f"noise.{kind}").write_text("noise\n")
     for arguments, words in (
         (("mesh", "blob"), "no shape 'blob'"),
         (("mesh", tmp_path / "none.msh"), "no mesh file"),
@@ -157,6 +161,15 @@ def test_errors_are_one_line_and_exit_1(tmp_path, capsys):
         (("render", good, "--frames", "7"), "no frame 7"),
         (("render", tmp_path / "nowhere"), "no folder"),
         (("plot", tmp_path), "no dump file"),
+        (("mesh", "hexagon", "--spacing", "0"), "spacing must be above 0"),
+        (("mesh", "hexagon", "--spacing", "1e-9"), "nodes, and at most 5,000,000 are made"),
+        (("mesh", "sphere", "--spacing", "1e-9", "--lattice", "fcc"), "a larger spacing needed"),
+        (("mesh", tmp_path / "noise.msh"), "noise.msh cannot be read as a mesh"),
+        (("mesh", tmp_path / "noise.vtu"), "noise.vtu cannot be read as a mesh"),
+        (("mesh", tmp_path / "noise.stl"), "noise.stl cannot be read as a mesh"),
+        (("mesh", tmp_path / "noise.foo"), "noise.foo cannot be read as a mesh"),
+        (("mesh", "circle", "-o", tmp_path / "no" / "x.msh"), "x.msh"),
+        (("convert", tmp_path / "good.py", "-o", tmp_path / "x.png"), "x.png: File exists"),
         (("info", tmp_path / "x.png"), "not of a kind that is known"),
         (("info", tmp_path / "nothing"), "no file or folder"),
     ):
@@ -199,6 +212,30 @@ def test_a_failure_of_lammps_exits_3(tmp_path, lmp, capsys):
     assert "no_such_command" in shown and "at line 2 of" in shown
     assert main(["run", str(tmp_path), "--lmp", "/no/lmp"]) == 3
     assert "no program /no/lmp" in capsys.readouterr().err
+
+
+def test_a_program_that_is_not_lammps_is_no_success(tmp_path, capsys):
+    (tmp_path / "in.idle").write_text("units si\n")
+    assert main(["run", str(tmp_path), "--lmp", "/bin/true", "-q"]) == 3
+    assert "/bin/true has written no log.lammps: is it LAMMPS?" in capsys.readouterr().err
+
+
+def test_ctrl_c_ends_a_mesh_at_once(tmp_path):
+    """gmsh is at work for minutes on this one, and knows nothing of Python's signals."""
+    words = [sys.executable, "-m", "peridem.cli", "mesh", "ellipsoid", "--spacing", "1.2e-5"]
+    with subprocess.Popen(words, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as job:
+        try:
+            maps = Path(f"/proc/{job.pid}/maps")
+            deadline = time.monotonic() + 60.0
+            while "libgmsh" not in maps.read_text() and time.monotonic() < deadline:
+                time.sleep(0.1)
+            time.sleep(1.0)
+            job.send_signal(signal.SIGINT)
+            output, errors = job.communicate(timeout=20)
+        finally:
+            job.kill()
+    assert job.returncode == -signal.SIGINT  # which a shell shows as 130
+    assert output == errors == ""
 
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])

@@ -83,6 +83,11 @@ def same(one, two, names=("x", "y", "vx", "vy")):
     return all((one[name] == two[name]).all() for name in names)
 
 
+def test_a_run_without_restart_files_says_so():
+    with pytest.raises(FileNotFoundError, match="this run has written none"):
+        run_restart.newest_restart([])
+
+
 @pytest.mark.parametrize("ranks", [1, 2])
 def test_from_a_checkpoint_the_run_is_the_unbroken_one_bit_for_bit(tmp_path, lmp, ranks):
     """With breaking, friction, viscosity and averages: nothing is left out of the restart file.

@@ -71,6 +71,7 @@ def find(block: Block, key: str) -> Path:
     name = Path(block.text(key))
     folder = block.path.resolve().parent
     places = [folder, Path.cwd(), *folder.parents[:2]]
+    places = list(dict.fromkeys(places))
     for place in places:
         if (place / name).is_file():
             return place / name
