@@ -17,6 +17,7 @@
 
 #include "fix_peridem_bonds.h"
 #include "peridem_batch.h"
+#include "peridem_general.h"
 
 #include "atom.h"
 #include "comm.h"
@@ -27,16 +28,9 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
-#include <limits>
 #include <string>
 
 using namespace LAMMPS_NS;
-
-static constexpr double INFINITE = std::numeric_limits<double>::infinity();
-
-// the vectorised pass picks rows that may hold a breaking bond; the scalar pass over such a row
-// decides. The margin covers what the two may differ by.
-static constexpr double MARGIN = 1.0e-10;
 
 // square of a distance below which two nodes have no direction: no force, no division by 0
 static constexpr double TINY = 1.0e-300;
@@ -86,25 +80,50 @@ void PairPeridemLPS::init_style()
   PairPeridem::init_style();
 
   const int ntypes = atom->ntypes;
-  limits.assign(ntypes + 1, {INFINITE, -INFINITE, 0.0, 0.0, 0.0});
-  any_both = any_viscous = false;
+  moduli.assign(ntypes + 1, {0.0, 0.0, 0.0});
+  any_viscous = false;
   for (int i = 1; i <= ntypes; i++) {
     if (!covers(i)) continue;
-    auto &limit = limits[i];
+    auto &of_type = moduli[i];
     const auto &own = material(i, i);
-    limit.break_above = own.s0;
-    if (own.break_both) limit.break_below = -own.s0;
-    any_both = any_both || own.break_both;
-    limit.dilatation_modulus = own.dilatation_modulus();
-    limit.extension_modulus = own.extension_modulus();
-    limit.viscous_modulus = own.viscous_modulus();
+    of_type.dilatation_modulus = own.dilatation_modulus();
+    of_type.extension_modulus = own.extension_modulus();
+    of_type.viscous_modulus = own.viscous_modulus();
     any_viscous = any_viscous || own.viscosity > 0.0;
     if (own.strength == PeridemMaterial::GC && comm->me == 0)
       utils::logmesg(lmp, "PERIDEM: type {}: critical stretch {:.6g} from gc {:.6g}{}\n", i, own.s0,
                      own.gc, own.spacing_text());
   }
   constants_version = -1;
+  init_general();
   init_batch();
+}
+
+/* ---------------------------------------------------------------------- */
+
+void PairPeridemLPS::init_general()
+{
+  list_version = -1;
+  const int ntypes = atom->ntypes;
+  std::vector<PeridemGeneral::Law> laws(ntypes + 1);
+  for (int i = 1; i <= ntypes; i++) {
+    if (!covers(i)) continue;
+    auto &law = laws[i];
+    law.s0 = material(i, i).s0;
+    law.both = material(i, i).break_both;
+    law.viscous = material(i, i).viscosity > 0.0;
+    law.horizon = material(i, i).horizon;
+    for (int j = 1; j <= ntypes; j++) {
+      if (!covers(j)) continue;
+      law.least = MIN(law.least, material(i, j).s0);
+      law.any_both = law.any_both || material(i, j).break_both;
+    }
+  }
+  if (!general)
+    general = std::make_unique<PeridemGeneral>(lmp, [this](int i) {
+      careful_row(i);
+    });
+  general->init(bonds, laws);
 }
 
 /* ---------------------------------------------------------------------- */
@@ -145,11 +164,14 @@ void PairPeridemLPS::compute(int eflag, int vflag)
   if (batch && batch_version != bonds->version) {
     batch->plan(stiffness, dashpot);
     batch_version = bonds->version;
+    list_version = -1;
   }
 
   // energy and virial of single nodes are tallied by the general engine alone
 
+  const bool batched_before = batching;
   batching = batch && !(eflag_atom || vflag_atom || cvflag_atom);
+  if (batching != batched_before) list_version = -1;
   theta_stale = false;
   if (batching) {
     batch->compute(evflag);
@@ -169,23 +191,21 @@ void PairPeridemLPS::compute(int eflag, int vflag)
 
 void PairPeridemLPS::general_passes()
 {
-  if (any_both)
-    dilatation_pass<true>();
-  else
-    dilatation_pass<false>();
-  to_ghosts(pressure, 1);
-
-  if (any_viscous) {
-    if (evflag)
-      force_pass_tally<true>();
-    else
-      force_pass<true>();
-  } else {
-    if (evflag)
-      force_pass_tally<false>();
-    else
-      force_pass<false>();
+  if (list_version != bonds->version) {
+    general->build([this](int i) {
+      return !elsewhere(i);
+    });
+    list_version = bonds->version;
   }
+  general->first_pass(stiffness, dashpot);
+  std::fill_n(theta, atom->nlocal, 0.0);
+  std::fill_n(pressure, atom->nlocal, 0.0);
+  general->each_sum([this](int i, double sum) {
+    set_dilatation(i, sum);
+  });
+  to_ghosts(pressure, 1);
+  general->second_pass(pressure);
+  if (evflag) tally();
 }
 
 /* ----------------------------------------------------------------------
@@ -247,60 +267,10 @@ void PairPeridemLPS::node_constants()
   const double *const m = bonds->wvolume;
   for (int i = 0; i < nall; i++) {
     pressure[i] = 0.0;
-    stiffness[i] = m[i] > 0.0 ? limits[type[i]].extension_modulus / m[i] : 0.0;
-    dashpot[i] = m[i] > 0.0 ? limits[type[i]].viscous_modulus / m[i] : 0.0;
+    stiffness[i] = m[i] > 0.0 ? moduli[type[i]].extension_modulus / m[i] : 0.0;
+    dashpot[i] = m[i] > 0.0 ? moduli[type[i]].viscous_modulus / m[i] : 0.0;
   }
   constants_version = bonds->version;
-}
-
-/* ----------------------------------------------------------------------
-   first pass: break what is stretched too far, sum the dilatation
-------------------------------------------------------------------------- */
-
-template <bool BOTH> void PairPeridemLPS::dilatation_pass()
-{
-  const int nlocal = atom->nlocal;
-  const double *const x = atom->x[0];
-  const int *const type = atom->type;
-  const int *const partner = bonds->partner.data();
-  const double *const length = bonds->length.data();
-  const double *const weight = bonds->weight.data();
-
-  for (int i = 0; i < nlocal; i++) {
-    theta[i] = pressure[i] = 0.0;
-    if (elsewhere(i)) continue;
-    if (bonds->mixed[i]) {
-      set_dilatation(i, careful_row(i));
-      continue;
-    }
-    const double xi = x[3 * i], yi = x[3 * i + 1], zi = x[3 * i + 2];
-    const bigint begin = bonds->start[i], end = begin + bonds->num[i];
-
-    double sum = 0.0, top = -INFINITE, bottom = INFINITE;
-#if defined(_OPENMP) || defined(__GNUC__)
-#pragma omp simd reduction(+ : sum) reduction(max : top) reduction(min : bottom)
-#endif
-    for (bigint k = begin; k < end; k++) {
-      const int j = 3 * partner[k];
-      const double dx = x[j] - xi, dy = x[j + 1] - yi, dz = x[j + 2] - zi;
-      const double r = std::sqrt(dx * dx + dy * dy + dz * dz);
-      const double R = length[k];
-      const double e = r - R;
-      const double s = e / R;
-      sum += weight[k] * R * e;
-      top = s > top ? s : top;
-      if (BOTH) bottom = s < bottom ? s : bottom;
-    }
-
-    const auto &limit = limits[type[i]];
-    double reached = top / limit.break_above;
-    if (BOTH) reached = MAX(reached, bottom / limit.break_below);
-    if (reached > 1.0 - MARGIN)
-      sum = careful_row(i);
-    else if (reached > bonds->maxstretch[i])
-      bonds->maxstretch[i] = reached;
-    set_dilatation(i, sum);
-  }
 }
 
 /* ----------------------------------------------------------------------
@@ -313,7 +283,7 @@ void PairPeridemLPS::set_dilatation(int i, double sum) const
   if (!(m > 0.0)) return;
   const int itype = atom->type[i];
   theta[i] = material(itype, itype).dim() * sum / (m * atom->vfrac[i]);
-  pressure[i] = limits[itype].dilatation_modulus * theta[i] / m;
+  pressure[i] = moduli[itype].dilatation_modulus * theta[i] / m;
 }
 
 /* ----------------------------------------------------------------------
@@ -460,97 +430,51 @@ void PairPeridemLPS::stress(int i, double *sigma) const
 }
 
 /* ----------------------------------------------------------------------
-   second pass: forces on owned nodes
+   energy and virial of what the general engine computes; each end of a bond tallies its half
 ------------------------------------------------------------------------- */
 
-template <bool VISCOUS> void PairPeridemLPS::force_pass()
+void PairPeridemLPS::tally()
 {
-  const int nlocal = atom->nlocal;
-  const double *const x = atom->x[0];
-  const double *const v = atom->v[0];
-  double *const f = atom->f[0];
-  const double *const a = pressure, *const b = stiffness, *const g = dashpot;
-  const int *const partner = bonds->partner.data();
-  const double *const length = bonds->length.data();
-  const double *const weight = bonds->weight.data();
-
-  for (int i = 0; i < nlocal; i++) {
+  for (int i = 0; i < atom->nlocal; i++) {
     if (elsewhere(i)) continue;
-    const double xi = x[3 * i], yi = x[3 * i + 1], zi = x[3 * i + 2];
-    const double ai = a[i], bi = b[i];
-    const bigint begin = bonds->start[i], end = begin + bonds->num[i];
-
-    double fx = 0.0, fy = 0.0, fz = 0.0;
-#if defined(_OPENMP) || defined(__GNUC__)
-#pragma omp simd reduction(+ : fx, fy, fz)
-#endif
-    for (bigint k = begin; k < end; k++) {
-      const int jn = partner[k], j = 3 * jn;
-      const double dx = x[j] - xi, dy = x[j + 1] - yi, dz = x[j + 2] - zi;
-      const double r = std::sqrt(dx * dx + dy * dy + dz * dz + TINY);
-      const double R = length[k];
-      double force = (ai + a[jn]) * R + (bi + b[jn]) * (r - R);
-      if (VISCOUS)
-        force += (g[i] + g[jn]) *
-            ((v[j] - v[3 * i]) * dx + (v[j + 1] - v[3 * i + 1]) * dy +
-             (v[j + 2] - v[3 * i + 2]) * dz) /
-            r;
-      force *= weight[k] / r;
-      fx += force * dx;
-      fy += force * dy;
-      fz += force * dz;
-    }
-    f[3 * i] += fx;
-    f[3 * i + 1] += fy;
-    f[3 * i + 2] += fz;
-  }
-}
-
-/* ----------------------------------------------------------------------
-   the same with energy and virial; each end of a bond tallies its half
-------------------------------------------------------------------------- */
-
-template <bool VISCOUS> void PairPeridemLPS::force_pass_tally()
-{
-  const int nlocal = atom->nlocal;
-  double **x = atom->x, **v = atom->v, **f = atom->f;
-
-  for (int i = 0; i < nlocal; i++) {
-    if (elsewhere(i)) continue;
-    double fi[3] = {0.0, 0.0, 0.0};
-    double w[6] = {0.0, 0.0, 0.0, 0.0, 0.0, 0.0};
-    for (bigint k = bonds->start[i]; k < bonds->start[i] + bonds->num[i]; k++) {
-      const int j = bonds->partner[k];
-      const double d[3] = {x[j][0] - x[i][0], x[j][1] - x[i][1], x[j][2] - x[i][2]};
-      const double r = std::sqrt(d[0] * d[0] + d[1] * d[1] + d[2] * d[2] + TINY);
-      const double R = bonds->length[k];
-      double force = (pressure[i] + pressure[j]) * R + (stiffness[i] + stiffness[j]) * (r - R);
-      if (VISCOUS) {
-        double rate = 0.0;
-        for (int m = 0; m < 3; m++) rate += (v[j][m] - v[i][m]) * d[m];
-        force += (dashpot[i] + dashpot[j]) * rate / r;
-      }
-      force *= bonds->weight[k] / r;
-      for (int m = 0; m < 3; m++) fi[m] += force * d[m];
-      w[0] -= 0.5 * force * d[0] * d[0];
-      w[1] -= 0.5 * force * d[1] * d[1];
-      w[2] -= 0.5 * force * d[2] * d[2];
-      w[3] -= 0.5 * force * d[0] * d[1];
-      w[4] -= 0.5 * force * d[0] * d[2];
-      w[5] -= 0.5 * force * d[1] * d[2];
-    }
-    for (int m = 0; m < 3; m++) f[i][m] += fi[m];
-
     if (eflag_either) {
       const double energy = strain_energy(i);
       if (eflag_global) eng_vdwl += energy;
       if (eflag_atom) eatom[i] += energy;
     }
-    if (vflag_either)
-      for (int m = 0; m < 6; m++) {
-        if (vflag_global) virial[m] += w[m];
-        if (vflag_atom) vatom[i][m] += w[m];
-      }
+    if (!vflag_either) continue;
+    double w[6] = {0.0, 0.0, 0.0, 0.0, 0.0, 0.0};
+    tally_virial(i, w);
+    for (int m = 0; m < 6; m++) {
+      if (vflag_global) virial[m] += w[m];
+      if (vflag_atom) vatom[i][m] += w[m];
+    }
+  }
+}
+
+/* ---------------------------------------------------------------------- */
+
+void PairPeridemLPS::tally_virial(int i, double *w) const
+{
+  double **x = atom->x, **v = atom->v;
+  for (bigint k = bonds->start[i]; k < bonds->start[i] + bonds->num[i]; k++) {
+    const int j = bonds->partner[k];
+    const double d[3] = {x[j][0] - x[i][0], x[j][1] - x[i][1], x[j][2] - x[i][2]};
+    const double r = std::sqrt(d[0] * d[0] + d[1] * d[1] + d[2] * d[2] + TINY);
+    const double R = bonds->length[k];
+    double force = (pressure[i] + pressure[j]) * R + (stiffness[i] + stiffness[j]) * (r - R);
+    if (any_viscous) {
+      double rate = 0.0;
+      for (int m = 0; m < 3; m++) rate += (v[j][m] - v[i][m]) * d[m];
+      force += (dashpot[i] + dashpot[j]) * rate / r;
+    }
+    force *= 0.5 * bonds->weight[k] / r;
+    w[0] -= force * d[0] * d[0];
+    w[1] -= force * d[1] * d[1];
+    w[2] -= force * d[2] * d[2];
+    w[3] -= force * d[0] * d[1];
+    w[4] -= force * d[0] * d[2];
+    w[5] -= force * d[1] * d[2];
   }
 }
 
@@ -646,5 +570,6 @@ void PairPeridemLPS::read_restart_settings(FILE *fp)
 
 double PairPeridemLPS::memory_usage()
 {
-  return Pair::memory_usage() + 4.0 * nmax * sizeof(double) + (batch ? batch->memory_usage() : 0.0);
+  return Pair::memory_usage() + 4.0 * nmax * sizeof(double) +
+      (general ? general->memory_usage() : 0.0) + (batch ? batch->memory_usage() : 0.0);
 }

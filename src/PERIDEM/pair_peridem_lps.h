@@ -53,23 +53,23 @@ class PairPeridemLPS : public PairPeridem {
   double *stiffness{nullptr};    // b_i
   double *dashpot{nullptr};      // d (d + 2) viscosity / m_i
 
-  // per type
-  struct Limits {
-    double break_above;    // s0 of bonds within the type
-    double break_below;    // -s0 if bonds break in compression too, else minus infinity
+  struct Moduli {
     double dilatation_modulus, extension_modulus, viscous_modulus;
   };
-  std::vector<Limits> limits;
-  bool any_both{false}, any_viscous{false};
+  std::vector<Moduli> moduli;    // per type
+  bool any_viscous{false};
   bigint constants_version{-1};
 
   enum Engine { AUTO, GENERAL, BATCHED };
   int engine{AUTO};
+  std::unique_ptr<class PeridemGeneral> general;
+  bigint list_version{-1};                      // of the bonds that the general engine lists
   std::unique_ptr<class PeridemBatch> batch;    // null with engine general
   bigint batch_version{-1};
   bool batching{false};               // does the present step use the batches?
   mutable bool theta_stale{false};    // dilatations of the last step are still in the batches
 
+  void init_general();
   void init_batch();
   void fetch_dilatations() const;
   bool elsewhere(int) const;
@@ -77,14 +77,13 @@ class PairPeridemLPS : public PairPeridem {
 
   void grow();
   void node_constants();
-  template <bool BOTH> void dilatation_pass();
   double extension_sum(int) const;
   double careful_row(int);
   double energy_rate(int) const;
   double energy_to_break(int) const;
   void set_dilatation(int, double) const;
-  template <bool VISCOUS> void force_pass();
-  template <bool VISCOUS> void force_pass_tally();
+  void tally();
+  void tally_virial(int, double *) const;
   void book_viscous_forces();
 };
 

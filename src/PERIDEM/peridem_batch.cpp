@@ -236,22 +236,37 @@ template <int DIM> void PeridemBatch::one_group(PeridemBatchGroup &group)
   scatter<DIM>(group);
 }
 
+/* ----------------------------------------------------------------------
+   what the loops take the bonds of a group from
+------------------------------------------------------------------------- */
+
+template <class What> static void with_bonds(const PeridemBatchGroup &group, What what)
+{
+  using namespace PeridemBatchKernel;
+  const Bonds bonds{group.nodes, group.first.data(), group.partner.data()};
+  if (group.lean)
+    what(LeanBonds{bonds, group.common.data(), group.one_strength.data(), group.rest.data(),
+                   group.here.data()});
+  else
+    what(FullBonds{bonds, group.inverse.data(), group.strength.data()});
+}
+
 /* ---------------------------------------------------------------------- */
 
 template <int DIM> void PeridemBatch::stretches(PeridemBatchGroup &group)
 {
-  using namespace PeridemBatchKernel;
-  const auto &law = laws[group.type];
-  const Bonds list{group.nodes, group.first.data(), group.partner.data(), group.inverse.data(),
-                   group.strength.data()};
   std::fill(group.sum.begin(), group.sum.end(), Pack{});
   top.assign(group.nodes, Pack{});
-  if (!std::isfinite(law.s0))
-    stretch_pass<DIM, false, false>(list, x.data(), group.sum.data(), top.data());
-  else if (law.both)
-    stretch_pass<DIM, true, true>(list, x.data(), group.sum.data(), top.data());
-  else
-    stretch_pass<DIM, true, false>(list, x.data(), group.sum.data(), top.data());
+  with_bonds(group, [&](const auto &list) {
+    const auto &law = laws[group.type];
+    Pack *const sum = group.sum.data();
+    if (!std::isfinite(law.s0))
+      PeridemBatchKernel::stretch_pass<DIM, false, false>(list, x.data(), sum, top.data());
+    else if (law.both)
+      PeridemBatchKernel::stretch_pass<DIM, true, true>(list, x.data(), sum, top.data());
+    else
+      PeridemBatchKernel::stretch_pass<DIM, true, false>(list, x.data(), sum, top.data());
+  });
 }
 
 /* ----------------------------------------------------------------------
@@ -365,16 +380,15 @@ template <int DIM> void PeridemBatch::forces(PeridemBatchGroup &group)
 template <int DIM, bool TALLY>
 void PeridemBatch::force_pass(const PeridemBatchGroup &group, Pack *lanes)
 {
-  using PeridemBatchKernel::Bonds;
-  const Bonds list{group.nodes, group.first.data(), group.partner.data(), group.inverse.data(),
-                   group.strength.data()};
-  if (laws[group.type].viscous)
-    PeridemBatchKernel::force_pass<DIM, true, TALLY>(list, x.data(), v.data(), pressure.data(),
-                                                     group.stiff.data(), group.dashpot.data(),
-                                                     force.data(), lanes);
-  else
-    PeridemBatchKernel::force_pass<DIM, false, TALLY>(
-        list, x.data(), nullptr, pressure.data(), group.stiff.data(), nullptr, force.data(), lanes);
+  with_bonds(group, [&](const auto &list) {
+    const Pack *const a = pressure.data(), *const b = group.stiff.data();
+    if (laws[group.type].viscous)
+      PeridemBatchKernel::force_pass<DIM, true, TALLY>(list, x.data(), v.data(), a, b,
+                                                       group.dashpot.data(), force.data(), lanes);
+    else
+      PeridemBatchKernel::force_pass<DIM, false, TALLY>(list, x.data(), nullptr, a, b, nullptr,
+                                                        force.data(), lanes);
+  });
 }
 
 /* ---------------------------------------------------------------------- */

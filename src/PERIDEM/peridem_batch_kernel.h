@@ -12,7 +12,7 @@
 // The two passes of the linear peridynamic solid over a batch: grains of like families side by side,
 // one in each lane.  Each bond is visited once.  With s = e/R and q = w v V_i V_j R^2
 //   sum_i = sum q s,   F_ij = q (a_i + a_j + (b_i + b_j) s) / (R r) d
-// so a bond needs 1/R and q alone; where a grain lacks the bond both are 0.
+// so a bond needs 1/R and q alone.
 
 #ifndef LMP_PERIDEM_BATCH_KERNEL_H
 #define LMP_PERIDEM_BATCH_KERNEL_H
@@ -28,12 +28,54 @@ namespace PeridemBatchKernel {
   // square of a distance below which two nodes have no direction: no force, no division by 0
   static constexpr double TINY = 1.0e-300;
 
+  // bonds that are read that much later are asked for from memory
+  static constexpr int AHEAD = 32;
+
   // bonds first[n] <= k < first[n + 1] lead from node n to nodes partner[k] > n
   struct Bonds {
     int nodes;
     const int *first;
     const unsigned short *partner;
-    const Pack *inverse, *strength;    // 1/R and q
+  };
+
+  // What a bond is in each of the grains, told in full.  Where a grain lacks the bond, 1/R and q are 0.
+  struct FullBonds : Bonds {
+    const Pack *inverses, *strengths;    // 1/R and q
+
+    Lanes inverse(int k) const { return inverses[k].v; }
+    Lanes strength(int k) const { return strengths[k].v; }
+    template <bool BOTH> Lanes reached(int k, Lanes s) const
+    {
+      const Lanes zero = {};    // without the bond s = -1
+      return BOTH ? (inverses[k].v > zero ? PeridemSimd::larger(s, -s) : zero) : s;
+    }
+    void ask_for(int k) const
+    {
+      PeridemSimd::expect(inverses + k + AHEAD);
+      PeridemSimd::expect(strengths + k + AHEAD);
+    }
+  };
+
+  // The same of grains that are equal but for rounding: two fifths of the memory, which decides the
+  // time of the first pass.  here: a bit for each grain that has the bond.
+  struct LeanBonds : Bonds {
+    const double *common, *strengths;    // 1/R of the first grain, q
+    const float *rests;                  // what 1/R of each grain has more
+    const unsigned char *here;
+
+    Lanes inverse(int k) const
+    {
+      return PeridemSimd::widen(rests + k * PeridemSimd::WIDTH) + common[k];
+    }
+    Lanes strength(int k) const
+    {
+      return PeridemSimd::only(here[k], PeridemSimd::all(strengths[k]));
+    }
+    template <bool BOTH> Lanes reached(int k, Lanes s) const
+    {
+      return PeridemSimd::only(here[k], BOTH ? PeridemSimd::larger(s, -s) : s);
+    }
+    void ask_for(int k) const { PeridemSimd::expect(rests + (k + AHEAD) * PeridemSimd::WIDTH); }
   };
 
   template <int DIM> inline Lanes separation(const Pack *x, int j, const Lanes *xn, Lanes *d)
@@ -47,24 +89,23 @@ namespace PeridemBatchKernel {
   }
 
   // sum, top: zero on entry; top = largest stretch, with BOTH largest size of the stretch
-  template <int DIM, bool BREAKS, bool BOTH>
-  void stretch_pass(const Bonds &bonds, const Pack *x, Pack *sum, Pack *top)
+  template <int DIM, bool BREAKS, bool BOTH, class AnyBonds>
+  void stretch_pass(const AnyBonds &bonds, const Pack *x, Pack *sum, Pack *top)
   {
     for (int n = 0; n < bonds.nodes; n++) {
       Lanes xn[DIM], d[DIM];
       for (int m = 0; m < DIM; m++) xn[m] = x[DIM * n + m].v;
       Lanes mysum = sum[n].v, mytop = top[n].v;
       for (int k = bonds.first[n]; k < bonds.first[n + 1]; k++) {
+        bonds.ask_for(k);
         const int j = bonds.partner[k];
         const Lanes r = PeridemSimd::root(separation<DIM>(x, j, xn, d));
-        const Lanes s = r * bonds.inverse[k].v - 1.0;
-        const Lanes q = bonds.strength[k].v;
-        const Lanes part = q * s;
+        const Lanes s = r * bonds.inverse(k) - 1.0;
+        const Lanes part = bonds.strength(k) * s;
         mysum += part;
         sum[j].v += part;
         if (BREAKS) {
-          const Lanes zero = {};
-          const Lanes reached = BOTH ? (q > zero ? PeridemSimd::larger(s, -s) : zero) : s;
+          const Lanes reached = bonds.template reached<BOTH>(k, s);
           mytop = PeridemSimd::larger(reached, mytop);
           top[j].v = PeridemSimd::larger(reached, top[j].v);
         }
@@ -89,8 +130,8 @@ namespace PeridemBatchKernel {
   }
 
   // v, g: velocities and dashpots, with VISCOUS; force: zero on entry; tallies: with TALLY
-  template <int DIM, bool VISCOUS, bool TALLY>
-  void force_pass(const Bonds &bonds, const Pack *x, const Pack *v, const Pack *a, const Pack *b,
+  template <int DIM, bool VISCOUS, bool TALLY, class AnyBonds>
+  void force_pass(const AnyBonds &bonds, const Pack *x, const Pack *v, const Pack *a, const Pack *b,
                   const Pack *g, Pack *force, Pack *tallies)
   {
     for (int n = 0; n < bonds.nodes; n++) {
@@ -105,8 +146,8 @@ namespace PeridemBatchKernel {
       for (int k = bonds.first[n]; k < bonds.first[n + 1]; k++) {
         const int j = bonds.partner[k];
         const Lanes r = PeridemSimd::root(separation<DIM>(x, j, xn, d), inverse_r);
-        const Lanes inverse = bonds.inverse[k].v;
-        const Lanes q = bonds.strength[k].v, s = r * inverse - 1.0, bb = bn + b[j].v;
+        const Lanes inverse = bonds.inverse(k);
+        const Lanes q = bonds.strength(k), s = r * inverse - 1.0, bb = bn + b[j].v;
         Lanes t = (an + a[j].v) + bb * s;
         if (VISCOUS) {
           Lanes rate = (v[DIM * j].v - vn[0]) * d[0];

@@ -37,6 +37,12 @@ static constexpr double ALIKE = 1.0e-3;
 // One bond in all lanes takes as long as this many in the general engine, counted once each
 static constexpr double BREAK_EVEN = 1.5;
 
+// Grains of a batch are copies of each other if the lengths of their bonds differ by a smaller part, and
+// their strengths by a smaller part of the largest. What a float loses of such a difference in length is
+// less than the rounding of the length (4e-17); strengths as unlike change forces by 1e-13 of the largest.
+static constexpr double SAME_LENGTH = 1.0e-9;
+static constexpr double SAME_STRENGTH = 1.0e-13;
+
 /* ---------------------------------------------------------------------- */
 
 bool PeridemBatchGroup::drop_bond(int lane, int n, int m)
@@ -46,11 +52,71 @@ bool PeridemBatchGroup::drop_bond(int lane, int n, int m)
   const auto at = std::lower_bound(begin, end, m);
   if (at == end || *at != m) return false;
   const auto k = at - partner.begin();
-  const bool had = PeridemSimd::get(strength[k], lane) != 0.0;
-  PeridemSimd::set(inverse[k], lane, 0.0);
-  PeridemSimd::set(strength[k], lane, 0.0);
+  bool had;
+  if (lean) {
+    const auto bit = static_cast<unsigned char>(1 << lane);
+    had = here[k] & bit;
+    here[k] = static_cast<unsigned char>(here[k] & ~bit);
+  } else {
+    had = PeridemSimd::get(inverse[k], lane) != 0.0;
+    PeridemSimd::set(inverse[k], lane, 0.0);
+    PeridemSimd::set(strength[k], lane, 0.0);
+  }
   if (had) held[lane] -= 2;
   return had;
+}
+
+/* ----------------------------------------------------------------------
+   Copies of one grain, turned and put elsewhere, differ by rounding: 1/R then is that of the first
+   one and a small rest.
+------------------------------------------------------------------------- */
+
+void PeridemBatchGroup::make_lean()
+{
+  double largest = 0.0;
+  for (const auto &q : strength)
+    for (int lane = 0; lane < lanes; lane++) largest = MAX(largest, PeridemSimd::get(q, lane));
+  const std::size_t count = partner.size();
+  std::vector<int> model(count, 0);    // the first lane with the bond
+  for (std::size_t k = 0; k < count; k++) {
+    while (PeridemSimd::get(inverse[k], model[k]) == 0.0) model[k]++;
+    if (!alike(k, model[k], largest * SAME_STRENGTH)) return;
+  }
+
+  lean = true;
+  common.resize(count);
+  one_strength.resize(count);
+  here.assign(count, 0);
+  rest.assign(count * WIDTH, 0.0f);
+  for (std::size_t k = 0; k < count; k++) {
+    common[k] = PeridemSimd::get(inverse[k], model[k]);
+    one_strength[k] = PeridemSimd::get(strength[k], model[k]);
+    for (int lane = 0; lane < lanes; lane++) {
+      const double one = PeridemSimd::get(inverse[k], lane);
+      if (one == 0.0) continue;
+      here[k] = static_cast<unsigned char>(here[k] | 1 << lane);
+      rest[k * WIDTH + lane] = static_cast<float>(one - common[k]);
+    }
+  }
+  std::vector<Pack>().swap(inverse);
+  std::vector<Pack>().swap(strength);
+}
+
+/* ----------------------------------------------------------------------
+   is bond k the same in all grains that have it?
+------------------------------------------------------------------------- */
+
+bool PeridemBatchGroup::alike(std::size_t k, int model, double tolerance) const
+{
+  const double common_one = PeridemSimd::get(inverse[k], model);
+  const double q = PeridemSimd::get(strength[k], model);
+  for (int lane = 0; lane < lanes; lane++) {
+    const double one = PeridemSimd::get(inverse[k], lane);
+    if (one == 0.0) continue;
+    if (std::fabs(one - common_one) > SAME_LENGTH * common_one) return false;
+    if (std::fabs(PeridemSimd::get(strength[k], lane) - q) > tolerance) return false;
+  }
+  return true;
 }
 
 /* ---------------------------------------------------------------------- */
@@ -59,8 +125,10 @@ double PeridemBatchGroup::memory_usage() const
 {
   const std::size_t packs = inverse.size() + strength.size() + soft.size() + stiff.size() +
       dashpot.size() + sum.size() + most.size();
-  return static_cast<double>(packs * sizeof(Pack) + (index.size() + first.size()) * sizeof(int) +
-                             ids.size() * sizeof(tagint) + partner.size() * sizeof(unsigned short));
+  return static_cast<double>(
+      packs * sizeof(Pack) + (common.size() + one_strength.size()) * sizeof(double) +
+      rest.size() * sizeof(float) + here.size() + (index.size() + first.size()) * sizeof(int) +
+      ids.size() * sizeof(tagint) + partner.size() * sizeof(unsigned short));
 }
 
 /* ---------------------------------------------------------------------- */
@@ -478,6 +546,7 @@ bool PeridemBatchPlan::build_group(const Grain *first, const Grain *last, bool f
   count_bonds(first, group);
   if (!forced && !gains(group)) return false;
   fill(first, group);
+  group.make_lean();
   enter(group, groups.size());
   groups.push_back(std::move(group));
   return true;

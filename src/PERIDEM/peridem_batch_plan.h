@@ -43,8 +43,15 @@ struct PeridemBatchGroup {
   // bonds first[n] <= k < first[n + 1] lead from node n to nodes partner[k] > n
   std::vector<int> first;
   std::vector<unsigned short> partner;
-  std::vector<PeridemSimd::Pack> inverse;     // 1/R, 0 where the grain lacks the bond
-  std::vector<PeridemSimd::Pack> strength;    // w v V_i V_j R^2
+
+  // in full, for each lane: 1/R, 0 where the grain lacks the bond, and w v V_i V_j R^2
+  std::vector<PeridemSimd::Pack> inverse, strength;
+  // or, if lean, one for all lanes; what 1/R of each lane has more; and a bit for each lane that has the
+  // bond (peridem_batch_kernel.h)
+  bool lean{false};
+  std::vector<double> common, one_strength;
+  std::vector<float> rest;
+  std::vector<unsigned char> here;
 
   // per node
   std::vector<PeridemSimd::Pack> soft, stiff, dashpot;    // a_i / sum, b_i, viscous b_i
@@ -53,7 +60,12 @@ struct PeridemBatchGroup {
 
   // no bond from n to m any more in this lane; was there one?
   bool drop_bond(int lane, int n, int m);
+  // tell bonds leanly if the grains are alike enough
+  void make_lean();
   double memory_usage() const;
+
+ private:
+  bool alike(std::size_t k, int first_lane, double tolerance) const;
 };
 
 // Indices of nodes here are local indices below nlocal, and above that the places among borrowed nodes

@@ -17,6 +17,7 @@
 #define LMP_PERIDEM_SIMD_H
 
 #include <cmath>
+#include <cstring>
 
 #if defined(__SSE2__)
 #include <immintrin.h>
@@ -49,6 +50,11 @@ namespace PeridemSimd {
     return Lanes{} + value;
   }
 
+  // four numbers of a node, moved as one
+  struct alignas(4 * sizeof(double)) Node {
+    double v[4];
+  };
+
   inline double get(const Pack &p, int lane)
   {
     return reinterpret_cast<const double *>(&p)[lane];
@@ -67,6 +73,17 @@ namespace PeridemSimd {
     return (Lanes) _mm256_max_pd((__m256d) a, (__m256d) b);
 #else
     return a > b ? a : b;
+#endif
+  }
+
+  inline Lanes smaller(Lanes a, Lanes b)
+  {
+#if defined(__AVX512F__)
+    return (Lanes) _mm512_min_pd((__m512d) a, (__m512d) b);
+#elif defined(__AVX__)
+    return (Lanes) _mm256_min_pd((__m256d) a, (__m256d) b);
+#else
+    return a < b ? a : b;
 #endif
   }
 
@@ -114,6 +131,14 @@ namespace PeridemSimd {
     inverse += inverse * (1.0 - r * inverse);
     return r;
   }
+
+  // 1/r alone, to the last place but one
+  inline Lanes inverse_root(Lanes square)
+  {
+    const Lanes start = (Lanes) _mm512_rsqrt14_pd((__m512d) square), half = 0.5 * start;
+    const Lanes better = start + start * (0.5 - square * start * half);
+    return better + better * (0.5 - 0.5 * better * (square * better));
+  }
 #else
   inline Lanes root(Lanes square)
   {
@@ -133,6 +158,191 @@ namespace PeridemSimd {
     const Lanes r = root(square);
     inverse = 1.0 / r;
     return r;
+  }
+
+  inline Lanes inverse_root(Lanes square)
+  {
+    return 1.0 / root(square);
+  }
+#endif
+
+  // ---- from and to memory ----------------------------------------------------------------------
+
+  inline Lanes load(const double *from)
+  {
+    Lanes lanes;
+    std::memcpy(&lanes, from, sizeof(Lanes));
+    return lanes;
+  }
+
+  // ask for what will soon be read
+  inline void expect(const void *place)
+  {
+#if defined(__GNUC__)
+    __builtin_prefetch(place);
+#endif
+  }
+
+  // one number each from the places index[0], index[1], ...
+  inline Lanes gather(const double *from, const int *index)
+  {
+#if defined(__AVX512F__)
+    return (Lanes) _mm512_i32gather_pd(_mm256_loadu_si256((const __m256i *) index), from, 8);
+#else
+    Pack p;
+    for (int lane = 0; lane < WIDTH; lane++) set(p, lane, from[index[lane]]);
+    return p.v;
+#endif
+  }
+
+  // WIDTH floats
+  inline Lanes widen(const float *from)
+  {
+#if defined(__AVX512F__)
+    return (Lanes) _mm512_cvtps_pd(_mm256_loadu_ps(from));
+#elif defined(__AVX__)
+    return (Lanes) _mm256_cvtps_pd(_mm_loadu_ps(from));
+#else
+    Pack p;
+    for (int lane = 0; lane < WIDTH; lane++) set(p, lane, from[lane]);
+    return p.v;
+#endif
+  }
+
+  // value in the lanes whose bit is set, 0 in the others
+  inline Lanes only(unsigned char bits, Lanes value)
+  {
+#if defined(__AVX512F__)
+    return (Lanes) _mm512_maskz_mov_pd(bits, (__m512d) value);
+#elif defined(__GNUC__)
+    typedef long long Bits __attribute__((vector_size(WIDTH * sizeof(double))));
+    Bits own;
+    for (int lane = 0; lane < WIDTH; lane++) own[lane] = 1 << lane;
+    return (own & (Bits{} + bits)) == own ? value : Lanes{};
+#else
+    return bits ? value : 0.0;
+#endif
+  }
+
+#if defined(__AVX512F__)
+  // nodes index[0] and index[4] one behind the other, and so on
+  inline __m512d two_nodes(const Node *nodes, const int *index)
+  {
+    return _mm512_insertf64x4(_mm512_castpd256_pd512(_mm256_load_pd(nodes[index[0]].v)),
+                              _mm256_load_pd(nodes[index[4]].v), 1);
+  }
+
+  inline void subtract_two(Node *nodes, const int *index, __m512d two)
+  {
+    double *const a = nodes[index[0]].v, *const b = nodes[index[4]].v;
+    _mm256_store_pd(a, _mm256_sub_pd(_mm256_load_pd(a), _mm512_castpd512_pd256(two)));
+    _mm256_store_pd(b, _mm256_sub_pd(_mm256_load_pd(b), _mm512_extractf64x4_pd(two, 1)));
+  }
+
+  // first or second halves of the halves of a and b
+  inline __m512d low_pairs(__m512d a, __m512d b)
+  {
+    return _mm512_permutex2var_pd(a, _mm512_set_epi64(13, 12, 5, 4, 9, 8, 1, 0), b);
+  }
+
+  inline __m512d high_pairs(__m512d a, __m512d b)
+  {
+    return _mm512_permutex2var_pd(a, _mm512_set_epi64(15, 14, 7, 6, 11, 10, 3, 2), b);
+  }
+
+  // the numbers of the nodes index[0], index[1], ...: to[m] holds the m-th of each
+  inline void load_nodes(const Node *nodes, const int *index, Lanes *to)
+  {
+    const __m512d a = two_nodes(nodes, index), b = two_nodes(nodes, index + 1);
+    const __m512d c = two_nodes(nodes, index + 2), d = two_nodes(nodes, index + 3);
+    const __m512d ab = _mm512_unpacklo_pd(a, b), cd = _mm512_unpacklo_pd(c, d);
+    const __m512d ba = _mm512_unpackhi_pd(a, b), dc = _mm512_unpackhi_pd(c, d);
+    to[0] = (Lanes) low_pairs(ab, cd);
+    to[1] = (Lanes) low_pairs(ba, dc);
+    to[2] = (Lanes) high_pairs(ab, cd);
+    to[3] = (Lanes) high_pairs(ba, dc);
+  }
+
+  // the way back: what[m] is taken from the m-th number of each
+  inline void subtract_nodes(Node *nodes, const int *index, const Lanes *what)
+  {
+    const auto x = (__m512d) what[0], y = (__m512d) what[1];
+    const auto z = (__m512d) what[2], w = (__m512d) what[3];
+    const __m512d ab = low_pairs(x, z), cd = high_pairs(x, z);
+    const __m512d ba = low_pairs(y, w), dc = high_pairs(y, w);
+    subtract_two(nodes, index, _mm512_unpacklo_pd(ab, ba));
+    subtract_two(nodes, index + 1, _mm512_unpackhi_pd(ab, ba));
+    subtract_two(nodes, index + 2, _mm512_unpacklo_pd(cd, dc));
+    subtract_two(nodes, index + 3, _mm512_unpackhi_pd(cd, dc));
+  }
+
+  // total[m] = sum of the lanes of what[m]
+  inline void sum_lanes(const Lanes *what, double *total)
+  {
+    const auto x = (__m512d) what[0], y = (__m512d) what[1];
+    const auto z = (__m512d) what[2], w = (__m512d) what[3];
+    const __m512d xy = _mm512_add_pd(_mm512_unpacklo_pd(x, y), _mm512_unpackhi_pd(x, y));
+    const __m512d zw = _mm512_add_pd(_mm512_unpacklo_pd(z, w), _mm512_unpackhi_pd(z, w));
+    const __m512d four = _mm512_add_pd(low_pairs(xy, zw), high_pairs(xy, zw));
+    _mm256_storeu_pd(total,
+                     _mm256_add_pd(_mm512_castpd512_pd256(four), _mm512_extractf64x4_pd(four, 1)));
+  }
+#elif defined(__AVX__)
+  inline void load_nodes(const Node *nodes, const int *index, Lanes *to)
+  {
+    const __m256d a = _mm256_load_pd(nodes[index[0]].v), b = _mm256_load_pd(nodes[index[1]].v);
+    const __m256d c = _mm256_load_pd(nodes[index[2]].v), d = _mm256_load_pd(nodes[index[3]].v);
+    const __m256d ab = _mm256_unpacklo_pd(a, b), cd = _mm256_unpacklo_pd(c, d);
+    const __m256d ba = _mm256_unpackhi_pd(a, b), dc = _mm256_unpackhi_pd(c, d);
+    to[0] = (Lanes) _mm256_permute2f128_pd(ab, cd, 0x20);
+    to[1] = (Lanes) _mm256_permute2f128_pd(ba, dc, 0x20);
+    to[2] = (Lanes) _mm256_permute2f128_pd(ab, cd, 0x31);
+    to[3] = (Lanes) _mm256_permute2f128_pd(ba, dc, 0x31);
+  }
+
+  inline void subtract_one(Node *nodes, int index, __m256d what)
+  {
+    double *const a = nodes[index].v;
+    _mm256_store_pd(a, _mm256_sub_pd(_mm256_load_pd(a), what));
+  }
+
+  inline void subtract_nodes(Node *nodes, const int *index, const Lanes *what)
+  {
+    const auto x = (__m256d) what[0], y = (__m256d) what[1];
+    const auto z = (__m256d) what[2], w = (__m256d) what[3];
+    const __m256d ab = _mm256_unpacklo_pd(x, y), ba = _mm256_unpackhi_pd(x, y);
+    const __m256d cd = _mm256_unpacklo_pd(z, w), dc = _mm256_unpackhi_pd(z, w);
+    subtract_one(nodes, index[0], _mm256_permute2f128_pd(ab, cd, 0x20));
+    subtract_one(nodes, index[1], _mm256_permute2f128_pd(ba, dc, 0x20));
+    subtract_one(nodes, index[2], _mm256_permute2f128_pd(ab, cd, 0x31));
+    subtract_one(nodes, index[3], _mm256_permute2f128_pd(ba, dc, 0x31));
+  }
+#else
+  inline void load_nodes(const Node *nodes, const int *index, Lanes *to)
+  {
+    Pack p[4];
+    for (int lane = 0; lane < WIDTH; lane++)
+      for (int m = 0; m < 4; m++) set(p[m], lane, nodes[index[lane]].v[m]);
+    for (int m = 0; m < 4; m++) to[m] = p[m].v;
+  }
+
+  inline void subtract_nodes(Node *nodes, const int *index, const Lanes *what)
+  {
+    Pack p[4];
+    for (int m = 0; m < 4; m++) p[m].v = what[m];
+    for (int lane = 0; lane < WIDTH; lane++)
+      for (int m = 0; m < 4; m++) nodes[index[lane]].v[m] -= get(p[m], lane);
+  }
+#endif
+
+#if !defined(__AVX512F__)
+  inline void sum_lanes(const Lanes *what, double *total)
+  {
+    for (int m = 0; m < 4; m++) {
+      const Pack p{what[m]};
+      total[m] = 0.0;
+      for (int lane = 0; lane < WIDTH; lane++) total[m] += get(p, lane);
+    }
   }
 #endif
 
