@@ -549,7 +549,7 @@ void FixPeridemWall::impact(const Impact &one)
     push_power += push[m] * (one.foot.velocity[m] + motion.velocity[m]);
   }
   react(i, one.foot, push);
-  bodies->push(i, push, spread);
+  bodies->push(i, push);
 }
 
 /* ----------------------------------------------------------------------
@@ -660,6 +660,7 @@ void FixPeridemWall::impact_pass()
   bodies->start();
   find_collisions();
   for (const auto &one : impacts) impact(one);
+  bodies->apply_patches(spread);
   if (any[1]) comm->reverse_comm(this);
   bodies->apply(spread);
 }

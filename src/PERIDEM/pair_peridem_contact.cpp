@@ -745,6 +745,7 @@ void PairPeridemContact::impact_pass()
   find_collisions();
   for (const auto &impact : impacts) add_impact(impact);
 
+  bodies.apply_patches(spread);
   if (any[1]) comm->reverse_comm(this);    // patches may have ghosts among their nodes
   bodies.apply(spread);
 }
@@ -771,8 +772,8 @@ void PairPeridemContact::add_impact(const Impact &impact)
     pull[m] = -push[m];
     centres[m] = bi.offset[m] - (atom->x[j][m] - atom->x[i][m]) - bj.offset[m];
   }
-  bodies.push(i, push, spread);
-  if (j < nlocal) bodies.push(j, pull, spread);
+  bodies.push(i, push);
+  if (j < nlocal) bodies.push(j, pull);
   if (evflag)
     ev_tally_xyz(i, j, nlocal, 0, 0.0, 0.0, push[0], push[1], push[2], centres[0], centres[1],
                  centres[2]);

@@ -146,6 +146,8 @@ void PeridemBodies::sort_nodes(const FixPeridemBonds *_bonds)
         grains[grain_of[i]].broken = any_broken = true;
   }
   pushed.clear();
+  patches.clear();
+  patch_of.assign(atom->nlocal, -1);
   started = false;
 }
 
@@ -247,6 +249,8 @@ void PeridemBodies::start()
   if (started) return;
   started = true;
   evaluation++;
+  for (const auto &old : patches) patch_of[old.node] = -1;
+  patches.clear();
   note_broken();
   start_shared();
 }
@@ -400,7 +404,7 @@ PeridemBody PeridemBodies::body(int i)
     fill(grain.motion);
     body.whole = 1.0;
   } else {
-    const auto motion = patch(i);
+    const auto &motion = patch(i).motion;
     for (int k = 0; k < 3; k++) arm[k] = atom->x[i][k] - motion.place[k];
     fill(motion);
   }
@@ -421,40 +425,53 @@ template <class Visit> void PeridemBodies::for_patch(int i, Visit visit) const
 
 /* ---------------------------------------------------------------------- */
 
-PeridemMotion PeridemBodies::patch(int i) const
+PeridemMotion PeridemBodies::motion_of_patch(int i) const
 {
   double **x = atom->x, **v = atom->v;
-  PeridemMotion patch;
+  Sums s;
   for_patch(i, [&](int j) {
-    const double m = atom->rmass[j];
-    patch.mass += m;
+    const double m = atom->rmass[j], *const u = v[j];
+    const double at[3] = {x[j][0] - x[i][0], x[j][1] - x[i][1], x[j][2] - x[i][2]};
+    const double p[3] = {m * at[0], m * at[1], m * at[2]};
+    s.mass += m;
     for (int k = 0; k < 3; k++) {
-      patch.place[k] += m * (x[j][k] - x[i][k]);
-      patch.velocity[k] += m * v[j][k];
+      s.place[k] += p[k];
+      s.velocity[k] += m * u[k];
+      s.square[k] += p[k] * at[k];
     }
+    s.momentum[0] += p[1] * u[2] - p[2] * u[1];
+    s.momentum[1] += p[2] * u[0] - p[0] * u[2];
+    s.momentum[2] += p[0] * u[1] - p[1] * u[0];
+    s.square[3] += p[0] * at[1];
+    s.square[4] += p[0] * at[2];
+    s.square[5] += p[1] * at[2];
   });
-  for (int k = 0; k < 3; k++) {
-    patch.place[k] = x[i][k] + patch.place[k] / patch.mass;
-    patch.velocity[k] /= patch.mass;
-  }
+  return motion_of(s, x[i]);
+}
 
-  double momentum[3] = {}, inertia[6] = {};
-  for_patch(i, [&](int j) {
-    double arm[3];
-    for (int k = 0; k < 3; k++) arm[k] = x[j][k] - patch.place[k];
-    add_cross(arm, v[j], atom->rmass[j], momentum);
-    add_inertia(atom->rmass[j], arm, inertia);
-  });
-  patch.turn(momentum, inertia);
-  return patch;
+/* ----------------------------------------------------------------------
+   a node may touch several others: its patch is summed once
+------------------------------------------------------------------------- */
+
+PeridemBodies::Patch &PeridemBodies::patch(int i)
+{
+  if (patch_of[i] < 0) {
+    patch_of[i] = static_cast<int>(patches.size());
+    patches.emplace_back();
+    patches.back().node = i;
+    patches.back().motion = motion_of_patch(i);
+  }
+  return patches[patch_of[i]];
 }
 
 /* ---------------------------------------------------------------------- */
 
-void PeridemBodies::push(int i, const double *force, PeridemSpread &spread)
+void PeridemBodies::push(int i, const double *force)
 {
   if (!whole(i)) {
-    push_patch(i, force, spread);
+    auto &mine = patch(i);
+    for (int k = 0; k < 3; k++) mine.force[k] += force[k];
+    mine.pushed = true;
     return;
   }
   moving(grain_of[i]);
@@ -469,16 +486,27 @@ void PeridemBodies::push(int i, const double *force, PeridemSpread &spread)
 
 /* ---------------------------------------------------------------------- */
 
-void PeridemBodies::push_patch(int i, const double *force, PeridemSpread &spread) const
+void PeridemBodies::apply_patches(PeridemSpread &spread)
 {
-  const auto motion = patch(i);
+  for (auto &mine : patches) {
+    if (mine.pushed) spread_patch(mine, spread);
+    mine.pushed = false;
+    for (int k = 0; k < 3; k++) mine.force[k] = 0.0;
+  }
+}
+
+/* ---------------------------------------------------------------------- */
+
+void PeridemBodies::spread_patch(const Patch &mine, PeridemSpread &spread) const
+{
+  const auto &motion = mine.motion;
   double arm[3], torque[3] = {};
-  for (int k = 0; k < 3; k++) arm[k] = atom->x[i][k] - motion.place[k];
-  add_cross(arm, force, 1.0, torque);
-  for_patch(i, [&](int j) {
+  for (int k = 0; k < 3; k++) arm[k] = atom->x[mine.node][k] - motion.place[k];
+  add_cross(arm, mine.force, 1.0, torque);
+  for_patch(mine.node, [&](int j) {
     double a[3], at[3];
     for (int k = 0; k < 3; k++) at[k] = atom->x[j][k] - motion.place[k];
-    motion.acceleration_at(at, force, torque, a);
+    motion.acceleration_at(at, mine.force, torque, a);
     for (int k = 0; k < 3; k++) a[k] *= atom->rmass[j];
     spread.add(j, a);
   });

@@ -82,9 +82,10 @@ class PeridemBodies : protected Pointers {
   // the body that the owned node i belongs to
   PeridemBody body(int i);
 
-  // a force on that body at the node: spread over its nodes as one that moves a rigid body.  Patches
-  // of broken grains are served at once, whole grains by apply(); collective
-  void push(int i, const double *force, PeridemSpread &);
+  // a force on that body at the node, which the next two spread over its nodes as one that moves a
+  // rigid body: over patches, whose nodes may be ghosts; over whole grains (collective)
+  void push(int i, const double *force);
+  void apply_patches(PeridemSpread &);
   void apply(PeridemSpread &);
 
   double memory_usage() const;
@@ -101,6 +102,12 @@ class PeridemBodies : protected Pointers {
     PeridemMotion motion;    // place in the same frame as origin
     double force[3]{}, torque[3]{};
   };
+  struct Patch {    // an owned node of a broken grain, and those that intact bonds tie to it
+    int node{-1};
+    bool pushed{false};
+    PeridemMotion motion;
+    double force[3]{};
+  };
   struct Sums {
     double mass{0.0}, place[3]{}, velocity[3]{}, momentum[3]{};    // times mass but the first
     double square[6]{};    // of places: xx, yy, zz, xy, xz, yz; in 2d the first two
@@ -111,6 +118,8 @@ class PeridemBodies : protected Pointers {
   std::vector<int> nodes;         // owned nodes, grain by grain
   std::vector<int> grain_of;      // of owned nodes; -1: of none
   std::vector<int> pushed;        // grains
+  std::vector<Patch> patches;     // of nodes that touch, since nodes have moved
+  std::vector<int> patch_of;      // of owned nodes; -1: not asked for
   std::vector<double> numbers;    // of shared grains, on their way
   PeridemSharing sharing;
   const FixPeridemBonds *bonds{nullptr};
@@ -134,8 +143,9 @@ class PeridemBodies : protected Pointers {
   void spread_over(const Grain &, PeridemSpread &) const;
   template <int DIM, bool UNWRAP> void spread_nodes(const Grain &, PeridemSpread &) const;
   template <class Visit> void for_patch(int i, Visit) const;
-  PeridemMotion patch(int i) const;
-  void push_patch(int i, const double *force, PeridemSpread &) const;
+  PeridemMotion motion_of_patch(int i) const;
+  Patch &patch(int i);
+  void spread_patch(const Patch &, PeridemSpread &) const;
 };
 
 }    // namespace LAMMPS_NS
