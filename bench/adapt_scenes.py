@@ -148,7 +148,7 @@ def drum(lmp: Path, folder: Path, quick: bool) -> Case:
 def bed(lmp: Path, folder: Path, quick: bool) -> Case:
     """502 grains that have settled, pressed until those on top break."""
     count, columns = (24, 6) if quick else (502, 23)
-    fall, duration = (1e-3, 0.3e-3) if quick else (40e-3, 2.5e-3)
+    fall, duration = (1e-3, 0.3e-3) if quick else (30e-3, 2.5e-3)
     text = heap(folder, count, columns, 0.8, duration, 3.0, settled_by=lmp, fall=fall)
     return Case(text, duration, PRESSED, count)
 
