@@ -37,9 +37,10 @@ static constexpr double ALIKE = 1.0e-3;
 // One bond in all lanes takes as long as this many in the general engine, counted once each
 static constexpr double BREAK_EVEN = 1.5;
 
-// Grains of a batch are copies of each other if the lengths of their bonds differ by a smaller part, and
-// their strengths by a smaller part of the largest. What a float loses of such a difference in length is
-// less than the rounding of the length (4e-17); strengths as unlike change forces by 1e-13 of the largest.
+// Grains of a batch are copies of each other if the lengths of their bonds differ by a smaller part,
+// and their strengths by a smaller part of the largest. What a float loses of such a difference in
+// length is less than the rounding of the length; strengths as unlike change forces by 1e-13 of the
+// largest.
 static constexpr double SAME_LENGTH = 1.0e-9;
 static constexpr double SAME_STRENGTH = 1.0e-13;
 

@@ -46,8 +46,8 @@ struct PeridemBatchGroup {
 
   // in full, for each lane: 1/R, 0 where the grain lacks the bond, and w v V_i V_j R^2
   std::vector<PeridemSimd::Pack> inverse, strength;
-  // or, if lean, one for all lanes; what 1/R of each lane has more; and a bit for each lane that has the
-  // bond (peridem_batch_kernel.h)
+  // or, if lean, one for all lanes; what 1/R of each lane has more; and a bit for each lane that has
+  // the bond (peridem_batch_kernel.h)
   bool lean{false};
   std::vector<double> common, one_strength;
   std::vector<float> rest;

@@ -61,7 +61,7 @@ void PeridemGeneral::init(FixPeridemBonds *_bonds, const std::vector<Law> &_laws
   }
 }
 
-// ---- the list ----------------------------------------------------------------------------------------
+// ---- the list -----------------------------------------------------------------------------------
 
 void PeridemGeneral::build(const std::function<bool(int)> &here)
 {
@@ -78,9 +78,9 @@ void PeridemGeneral::build(const std::function<bool(int)> &here)
 }
 
 /* ----------------------------------------------------------------------
-   In an order that follows from the reference positions and IDs alone, so that sums do not depend on
-   where in memory nodes are, and nodes that are near each other in space are so here: rows of cells
-   as wide as the horizon.
+   In an order that follows from the reference positions and IDs alone, so that sums do not depend
+   on where in memory nodes are, and nodes that are near each other in space are so here: rows of
+   cells as wide as the horizon.
 ------------------------------------------------------------------------- */
 
 std::vector<int> PeridemGeneral::in_order(const std::function<bool(int)> &here) const
@@ -188,7 +188,7 @@ bool PeridemGeneral::drop_bond(int n, int m)
   return false;
 }
 
-// ---- forces ------------------------------------------------------------------------------------------
+// ---- forces -------------------------------------------------------------------------------------
 
 void PeridemGeneral::first_pass(const double *stiffness, const double *dashpot)
 {
@@ -255,7 +255,7 @@ void PeridemGeneral::second_pass(const double *pressure)
     for (int m = 0; m < 3; m++) f[members[n]][m] += sums[n].v[m];
 }
 
-// ---- breaking ----------------------------------------------------------------------------------------
+// ---- breaking -----------------------------------------------------------------------------------
 
 /* ----------------------------------------------------------------------
    News of a node is a stretch larger than any so far, or near a critical one. Nodes that are not

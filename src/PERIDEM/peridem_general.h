@@ -9,10 +9,10 @@
    See the README file in the top-level LAMMPS directory.
 ------------------------------------------------------------------------- */
 
-// The general engine of pair_style peridem/lps, for grains of any kind.  It has a list of its own with
-// each bond once: half the memory traffic and half the roots of the rows of fix peridem/bonds, in which
-// both ends have the bond.  Those rows stay what holds: they decide what breaks, and whoever else reads
-// them need not know of this list.
+// The general engine of pair_style peridem/lps, for grains of any kind.  It has a list of its own
+// with each bond once: half the memory traffic and half the roots of the rows of fix peridem/bonds,
+// in which both ends have the bond.  Those rows stay what holds: they decide what breaks, and whoever
+// else reads them need not know of this list.
 
 #ifndef LMP_PERIDEM_GENERAL_H
 #define LMP_PERIDEM_GENERAL_H
@@ -46,8 +46,8 @@ class PeridemGeneral : protected Pointers {
   // the list, for the present local indices, of the owned nodes that are to be computed here
   void build(const std::function<bool(int)> &here);
 
-  // break what is stretched too far, find the dilatations and what of the forces does not need them;
-  // stiffness, dashpot: of owned and ghost nodes
+  // break what is stretched too far, find the dilatations and what of the forces does not need
+  // them; stiffness, dashpot: of owned and ghost nodes
   void first_pass(const double *stiffness, const double *dashpot);
   // of each node that is computed here: sum of w v V_i V_j R e over its bonds
   void each_sum(const std::function<void(int, double)> &) const;
@@ -64,7 +64,8 @@ class PeridemGeneral : protected Pointers {
   double horizon{0.0};           // the longest
   std::size_t broken_seen{0};    // entries of bonds->broken that the list knows
 
-  // nodes of the list: those that are computed here, then others at the end of their bonds.  The first WIDTH are none (see the kernel)
+  // nodes of the list: those that are computed here, then others at the end of their bonds.  The
+  // first WIDTH are none (see the kernel)
   int rows{0};
   std::vector<int> members;    // local index of a node
   std::vector<int> slot;       // the node of a local index, -1 if there is none

@@ -9,10 +9,11 @@
    See the README file in the top-level LAMMPS directory.
 ------------------------------------------------------------------------- */
 
-// The two passes of the linear peridynamic solid over a list that has each bond once.  The first knows
-// no dilatation yet, so it finds what makes the dilatations and the part of the forces without them;
-// the second adds the rest.  With e = r - R, q = w v V_i V_j
-//   sum_i = sum q R e,   F_ij = q [(b_i + b_j) e + (g_i + g_j) dr/dt] d / r  +  q R (a_i + a_j) d / r
+// The two passes of the linear peridynamic solid over a list that has each bond once.  The first
+// knows no dilatation yet, so it finds what makes the dilatations and the part of the forces without
+// them; the second adds the rest.  With e = r - R, q = w v V_i V_j
+//   sum_i = sum q R e
+//   F_ij = q [(b_i + b_j) e + (g_i + g_j) dr/dt] d / r  +  q R (a_i + a_j) d / r
 // Positions with b, and then with a, are four numbers that move as one, and so do force and sum.
 
 #ifndef LMP_PERIDEM_GENERAL_KERNEL_H
@@ -32,13 +33,13 @@ namespace PeridemGeneralKernel {
   // square of a distance below which two nodes have no direction: no force, no division by 0
   static constexpr double TINY = 1.0e-300;
 
-  // bonds that are read that much later are asked for from memory: 5 % less time on a busy bus,
-  // and the same from 64 to 512
+  // bonds that are read that much later are asked for from memory: with bonds that do not fit the
+  // caches the loops wait for little else
   static constexpr int AHEAD = 128;
 
   // Row n holds the bonds first[n] <= k < first[n + 1], filled up to whole Lanes, of node WIDTH + n.
-  // Nodes below WIDTH are none: bonds that fill up lead to them, with q = 0 and R = GONE, like bonds that
-  // are broken.
+  // Nodes below WIDTH are none: bonds that fill up lead to them, with q = 0 and R = GONE, like bonds
+  // that are broken.
   static constexpr double GONE = 1.0e200;
 
   struct Bonds {
