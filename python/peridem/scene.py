@@ -108,7 +108,8 @@ class Scene:
         forces: forces on nodes, per volume.
         cuts: initial cracks.
         unbroken: nodes whose bonds among each other never break.
-        attributes: further values of ``compute peridem/atom`` to dump.
+        attributes: further values of ``compute peridem/atom`` to dump, besides damage, stretch,
+            dilatation, energy, bonds and, where bonds may break, fragment.
         columns: further columns of the dump (``fx fy``).
         energies: whether the thermo output has the account of all energy.
         start_time: time at the start.
@@ -319,6 +320,13 @@ class Scene:
                 mine[mask] = number[material]
             types.append(mine)
         return np.concatenate(types)
+
+    def dumped(self) -> list[str]:
+        """Attributes of ``compute peridem/atom`` in dumps; fragments too where bonds may break."""
+        solids = [m for m in self.materials if not isinstance(m, Inert)]
+        breaks = any(math.isfinite(m.critical_stretch(self.dimension)) for m in solids)
+        wanted = (*NODE_COLUMNS, *self.attributes, *(("fragment",) if breaks else ()))
+        return list(dict.fromkeys(wanted))
 
     # ---- numbers that follow ---------------------------------------------------------------------
 
@@ -598,7 +606,7 @@ class Scene:
             "adaptive": self.adaptive,
             "start_time": self.start_time,
             "duration": self.duration,
-            "node_columns": [*NODE_COLUMNS, *self.attributes],
+            "node_columns": self.dumped(),
             "walls": [
                 {
                     "name": wall.name,

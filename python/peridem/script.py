@@ -341,11 +341,12 @@ def _motion(scene: Scene) -> list[str]:
 
 
 def _output(scene: Scene, frame: int, record: int) -> list[str]:
-    from peridem.scene import DUMP, NODE_COLUMNS
+    from peridem.scene import DUMP
 
-    attributes = [*NODE_COLUMNS, *(a for a in scene.attributes if a not in NODE_COLUMNS)]
+    attributes = scene.dumped()
     columns = [f"c_node[{i}]" for i in range(1, len(attributes) + 1)]
     place, speed = ("x y", "vx vy") if scene.dimension == 2 else ("x y z", "vx vy vz")
+    labelled, first = "fragment" in attributes and bool(columns), 4 + 2 * scene.dimension
     timed = scene.adaptive and scene.adapt is not None  # steps of rigid grains are longer
     lines = ["# ---- output", ""]
     if any(m.style for m in scene.materials):
@@ -362,6 +363,7 @@ def _output(scene: Scene, frame: int, record: int) -> list[str]:
         "# nine digits for positions: overlaps of nodes are small differences of them",
         "dump_modify grains sort id time yes "
         + " ".join(f"format {k} %.9g" for k in range(4, 4 + scene.dimension))
+        + (f" format {first + attributes.index('fragment')} %.0f" if labelled else "")
         + (" first yes" if scene.begin is not None else ""),
         *([f"dump_modify grains every/time {scene.duration / scene.frames:.9g}"] if timed else []),
     ]

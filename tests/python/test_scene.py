@@ -103,6 +103,17 @@ def test_script_is_readable():
         assert len(line) <= 200 and line == line.rstrip()
 
 
+def test_dumps_hold_fragments_where_bonds_may_break():
+    breaks = scenes.two_grains()
+    assert breaks.dumped()[-1] == "fragment"
+    (words,) = [w for w in lines(breaks.script(), "dump_modify") if "sort" in w]
+    # its column is the thirteenth: id mol type x y vx vy and six attributes; numbers, not %g
+    assert words[words.index("13") - 1 : words.index("13") + 2] == ["format", "13", "%.0f"]
+    for_ever = Material(21.6e6, 0.25, 1200.0, 6e-4)
+    grains = [scene.Grain(grain.cloud, for_ever) for grain in breaks.grains]
+    assert "fragment" not in scenes.two_grains(grains=grains).dumped()
+
+
 def test_a_sieve_touches_some_grains_only(tmp_path):
     """The disc falls through the plane on which the hexagon lands."""
     made = scenes.two_grains()
