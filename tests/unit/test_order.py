@@ -33,6 +33,8 @@ def used_in(text: str) -> set[str]:
     found = set()
     for command, name in re.findall(r"\b(fix|compute)\s+\S+\s+\S+\s+(peridem/\w+)", text):
         found.add(f"{command} {name}")
+    if re.search(r'\badapt="', text):  # the option of Scene that writes the fix
+        found.add("fix peridem/adapt")
     for command, rest in re.findall(r"\b(atom_style|pair_style)\s+([^\n]*)", text):
         found |= {f"{command} {name}" for name in re.findall(r"\bperidem(?:/\w+)?", rest)}
     return found
