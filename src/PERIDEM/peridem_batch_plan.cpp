@@ -44,6 +44,10 @@ static constexpr double BREAK_EVEN = 1.5;
 static constexpr double SAME_LENGTH = 1.0e-9;
 static constexpr double SAME_STRENGTH = 1.0e-13;
 
+// With few lanes there is little to save, and masks and rests cost half as many instructions again
+// (counted with two lanes).
+static constexpr int LEAN_WIDTH = 8;
+
 /* ---------------------------------------------------------------------- */
 
 bool PeridemBatchGroup::drop_bond(int lane, int n, int m)
@@ -74,6 +78,7 @@ bool PeridemBatchGroup::drop_bond(int lane, int n, int m)
 
 void PeridemBatchGroup::make_lean()
 {
+  if (WIDTH < LEAN_WIDTH) return;
   double largest = 0.0;
   for (const auto &q : strength)
     for (int lane = 0; lane < lanes; lane++) largest = MAX(largest, PeridemSimd::get(q, lane));
