@@ -132,7 +132,8 @@ def test_bonds_made_anew_take_new_volumes_and_grains(simulation):
         "region left block INF 0.5 INF INF INF INF\ngroup left region left\n"
         "set group left mol 2\nset group all volume 1.1\nunfix peridem_bonds\nrun 0 post no"
     )
-    assert np.abs(sim.atoms("f")).max() == 0.0
+    # the engine's roots are right to the last place but one: a stretch of 1e-16 of each bond
+    assert np.abs(sim.atoms("f")).max() < 1e-14
     assert sim.lmp.get_natoms() > 50
 
 
