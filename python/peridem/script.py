@@ -180,10 +180,10 @@ def _contact(scene: Scene) -> list[str]:
     if len(set(found.values())) == 1:  # all alike, whatever the materials are called
         found = {"* *": words}
     lines += [f"pair_coeff      {pair} peridem/contact {words}" for pair, words in found.items()]
-    skin = 0.3 * scene.radii[0]
+    skin = 0.8 * scene.radii[0]
     lines += [
         f"neighbor        {skin:.3g} bin".ljust(40)
-        + "# skin: 0.3 contact radii (the default in si units is 1 mm)",
+        + "# skin: 0.8 contact radii (the default in si units is 1 mm)",
         "neigh_modify    every 1 delay 0 check yes",
     ]
     bodies = [k for k, m in enumerate(scene.materials, 1) if isinstance(m, Inert)]

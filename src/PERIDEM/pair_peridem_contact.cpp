@@ -50,7 +50,7 @@ static constexpr double WORTH_A_WARNING = 0.01;
 static constexpr char PLACEHOLDER[] = "PERIDEM_HISTORY_PLACE";
 
 // default skin, as a fraction of the contact distance
-static constexpr double SKIN = 0.3;
+static constexpr double SKIN = 0.8;
 
 /* ---------------------------------------------------------------------- */
 
