@@ -116,6 +116,7 @@ lint: build ## check style, types, pages and lists of all files (FIX=1: put the 
 	$(VENV)/bin/mypy --config-file python/pyproject.toml python/peridem
 	$(python) -m pytest -q tests/unit/test_order.py tests/unit/test_manual_index.py
 	$(python) doc/check_pages.py
+	$(python) doc/check_syntax.py
 
 lock: ## write requirements.txt anew from python/pyproject.toml and requirements.in (needs uv)
 	uv pip compile --quiet --universal --python-version 3.10 --generate-hashes --no-build \

@@ -9,7 +9,9 @@ from pathlib import Path
 
 from docutils import nodes
 from docutils.utils.math.latex2mathml import tex2mathml
+from sphinx.addnodes import pending_xref
 from sphinx.application import Sphinx
+from sphinx.environment import BuildEnvironment
 from sphinx.util.docutils import SphinxTranslator
 
 HERE = Path(__file__).resolve().parent
@@ -72,6 +74,23 @@ def readable(
 ) -> tuple[str, str]:
     """Signatures that Sphinx can read: defaults that a function makes are shown as dots."""
     return (text or "").replace("<factory>", "..."), back
+
+
+# ---- pages of LAMMPS's own manual ----------------------------------------------------------------
+
+# The pages of styles name them as they would upstream, where they lie in the same folder.
+LAMMPS_MANUAL = "https://docs.lammps.org"
+LAMMPS_PAGES = (HERE / "lammps_pages.txt").read_text().split()
+
+
+def lammps_page(
+    _app: Sphinx, _env: BuildEnvironment, node: pending_xref, text: nodes.TextElement
+) -> nodes.reference | None:
+    """What ``:doc:`` names and is no page of ours: an address, if it is one of LAMMPS's."""
+    if node["reftype"] != "doc" or node["reftarget"] not in LAMMPS_PAGES:
+        return None  # Sphinx warns
+    address = f"{LAMMPS_MANUAL}/{node['reftarget']}.html"
+    return nodes.reference("", "", text, internal=False, refuri=address)
 
 
 # ---- make linkcheck ------------------------------------------------------------------------------
@@ -156,3 +175,4 @@ def setup(app: Sphinx) -> None:
     app.add_html_math_renderer("mathml", (inline_formula, None), (formula, None))
     app.connect("source-read", read_markdown)
     app.connect("autodoc-process-signature", readable)
+    app.connect("missing-reference", lammps_page)

@@ -16,6 +16,7 @@ DOC = ROOT / "doc"
 sys.path.insert(0, str(DOC))
 
 import check_pages  # noqa: E402
+import check_syntax  # noqa: E402
 import howtos  # noqa: E402
 
 LMP = Path(os.environ.get("LAMMPS_LMP", ROOT / "build" / "lmp")).resolve()
@@ -84,6 +85,51 @@ def test_every_style_has_a_page_with_the_headings_of_lammps() -> None:
         text = (DOC / f"{style}.rst").read_text()
         for heading in HEADINGS:
             assert re.search(rf'^{heading}\n"+$', text, re.MULTILINE), f"{style} lacks {heading}"
+
+
+@pytest.mark.parametrize("style", STYLES)
+def test_a_page_has_the_form_of_lammps(style: str) -> None:
+    """What LAMMPS's own pages of styles have, so that these can lie beside them."""
+    text = (DOC / f"{style}.rst").read_text()
+    kind, name = style.split("_peridem")[0], "peridem" + style.split("_peridem")[1]
+    command = f"{kind if kind in ('fix', 'compute', 'atom_style') else 'pair_style'}"
+    command += " " + name.replace("_", "/", 1)
+    title = f"{command} command"
+    assert text.startswith(f".. index:: {command}\n\n{title}\n{'=' * len(title)}\n")
+    start = text.split("\nSyntax\n")[1]
+    assert start.startswith('""""""\n\n.. code-block:: LAMMPS\n\n   ')
+    if command.startswith(("fix", "compute")):
+        assert f"* {command.split()[1]} = style name of this {kind} command" in text
+        assert f":doc:`{kind} <{kind}>` command" in text
+    restrictions = text.split("\nRestrictions\n")[1].split("\nRelated commands\n")[0]
+    assert "is part of the PERIDEM package.  It is only enabled if" in restrictions
+    assert ":doc:`Build package <Build_package>`" in restrictions
+    if command.startswith("fix"):
+        assert "\nRestart, fix_modify, output, run start/stop, minimize info\n" in text
+        assert ":doc:`fix_modify <fix_modify>`" in text and "*start/stop* keywords" in text
+    elif command.startswith("compute"):
+        assert "\nOutput info\n" in text
+    elif command.startswith("pair"):
+        assert "\nMixing, shift, table, tail correction, restart, rRESPA info\n" in text
+    related = text.split("\nRelated commands\n")[1].split("\nDefault\n")[0]
+    assert ":doc:`" in related
+
+
+@pytest.mark.parametrize(
+    "question", check_syntax.questions(), ids=lambda one: f"{one.page} {one.keyword}".strip()
+)
+def test_the_syntax_of_a_page_is_that_of_the_program(question: check_syntax.Question) -> None:
+    """Keywords, and the words that they take, as the program's errors list them."""
+    if not LMP.is_file():
+        pytest.skip(f"{LMP} is not there: make build")
+    assert check_syntax.differences(question, str(LMP)) == ""
+
+
+def test_a_keyword_that_a_page_lacks_is_found(monkeypatch: pytest.MonkeyPatch) -> None:
+    said = "Unknown fix peridem/timestep keyword nonsense: known are safety, every, other"
+    monkeypatch.setattr(check_syntax, "answer", lambda line, lmp: said)
+    [asked] = [one for one in check_syntax.questions() if one.page == "fix_peridem_timestep"]
+    assert "lacks other" in check_syntax.differences(asked, "")
 
 
 @pytest.mark.parametrize("style", STYLES)
