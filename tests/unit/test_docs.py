@@ -7,6 +7,7 @@ import os
 import re
 import subprocess
 import sys
+from html.parser import HTMLParser
 from pathlib import Path
 
 import pytest
@@ -70,6 +71,69 @@ def test_formulas_are_in_the_pages_and_nothing_comes_from_elsewhere(html: Path) 
             r'<(?:script|link|img)[^>]+(?:src|href)="https?://[^"]+', page.read_text()
         )
         assert outside == [], page
+
+
+class Page(HTMLParser):
+    """Of a page as browsers get it: where links may lead, where they lead, and the running text."""
+
+    PROGRAMS = ("script", "style", "pre", "code", "math", "svg", "kbd")
+
+    def __init__(self, text: str) -> None:
+        super().__init__()
+        self.anchors: set[str] = set()
+        self.links: list[str] = []
+        self.text = ""
+        self.inside = 0
+        self.feed(text)
+
+    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        given = dict(attrs)
+        self.anchors.add(given.get("id") or "")
+        self.links += [given[name] or "" for name in ("href", "src") if name in given]
+        self.inside += tag in self.PROGRAMS
+
+    def handle_endtag(self, tag: str) -> None:
+        self.inside -= tag in self.PROGRAMS
+
+    def handle_data(self, data: str) -> None:
+        if not self.inside:
+            self.text += data
+
+
+# what a reader sees where Sphinx did not understand what was meant
+RAW = re.compile(
+    r":(?:doc|ref|math|mod|class|func|file):|``|`[^`]+`|\.\. [a-z-]+::|\]\(|\\(?:frac|sum)"
+)
+
+
+@pytest.fixture(scope="module")
+def pages(html: Path) -> dict[Path, Page]:
+    found = {path.resolve(): Page(path.read_text()) for path in html.rglob("*.html")}
+    return {path: page for path, page in found.items() if "_static" not in path.parts}
+
+
+@pytest.mark.slow
+def test_links_lead_to_files_and_places_of_pages(pages: dict[Path, Page]) -> None:
+    dead = []
+    for path, page in pages.items():
+        for link in page.links:
+            if re.match(r"[a-z]+:", link):
+                assert re.match(r"https://[\w.-]+\.\w+(/\S*)?$", link), f"{path.name}: {link}"
+                continue
+            name, _, anchor = link.partition("#")
+            there = (path.parent / name.partition("?")[0]).resolve() if name else path
+            if not there.exists() or (anchor and there in pages
+                                      and anchor not in pages[there].anchors):  # fmt: skip
+                dead.append(f"{path.name}: {link}")
+    assert dead == []
+    assert sum(len(page.links) for page in pages.values()) > 5000
+
+
+@pytest.mark.slow
+def test_no_markup_is_left_in_the_text(pages: dict[Path, Page]) -> None:
+    left = {path.name: found for path, page in pages.items() if (found := RAW.findall(page.text))}
+    assert left == {}
+    assert RAW.search("as :doc:`x` says") and RAW.search("[link](there)")
 
 
 def test_every_style_has_a_page_with_the_headings_of_lammps() -> None:
@@ -211,8 +275,23 @@ def test_commands_of_the_howtos_name_targets_and_files_that_exist() -> None:
         text = page.read_text()
         named = set(re.findall(r"``(?:\w+=\S+ )*make (\w+)``", text))
         assert named <= targets, page.name
-        for file in re.findall(r"``((?:examples|tests|bench|doc|cmake|python)/[\w./-]+)``", text):
-            assert (ROOT / file).exists(), f"{page.name}: {file}"
+
+
+def test_files_that_the_pages_name_exist() -> None:
+    """Paths between backticks, from the repository or from the folder of the page."""
+    places = "src|examples|tests|bench|doc|cmake|python|unit|parallel|verification|fuzz|support"
+    path = re.compile(rf"(?<!:doc:)(?<!`)``?((?:{places}|install)/(?!PeriDEM/)[\w./*-]+)``?")
+    named = 0
+    pages = [*DOC.glob("*.rst"), *DOC.glob("*.md"), *ROOT.glob("*.md")]
+    for page in [*pages, *ROOT.glob("*/README.md"), *ROOT.glob("examples/*/README.md")]:
+        # NAME stands for what somebody adds; examples/PeriDEM is in the repository of PeriDEM
+        for file in path.findall(page.read_text().replace("NAME", "*")):
+            found = [
+                place for place in (ROOT, page.parent, ROOT / "tests") if any(place.glob(file))
+            ]
+            assert found, f"{page.relative_to(ROOT)}: {file}"
+            named += 1
+    assert named > 200
 
 
 def test_blocks_are_found() -> None:
