@@ -55,7 +55,6 @@ FixPeridemWall::FixPeridemWall(LAMMPS *lmp, int narg, char **arg) :
 
   restart_global = restart_peratom = 1;
   create_attribute = 1;
-  comm_reverse = 3;
   scalar_flag = vector_flag = 1;
   size_vector = 8;
   global_freq = 1;
@@ -519,7 +518,7 @@ void FixPeridemWall::touch(int i, const PeridemSurface::Foot &foot)
     atom->f[i][m] += on_node[m];
   }
   if (adapt) adapt->note_spring(i, k);
-  if (law.uses_restitution()) impacts.push_back({i, foot, fn, {}, 0.0});
+  if (law.uses_restitution()) impacts.push_back({i, foot, fn, {}, -1});
   react(i, foot, on_node);
   deepest = MAX(deepest, overlap);
   energy += 0.5 * k * overlap * overlap;
@@ -534,10 +533,10 @@ void FixPeridemWall::touch(int i, const PeridemSurface::Foot &foot)
 void FixPeridemWall::impact(const Impact &one)
 {
   const int i = one.node;
-  const auto &collision = collisions.of(-1 - one.foot.key, atom->molecule[i]);
+  const auto &collision = collisions.at(one.collision);
   double &peak = memories.known(i, one.foot.key)->peak;
-  if (atom->molecule[i]) peak = MAX(peak, collision.peak);
-  const double approach = one.body.whole ? collision.approach() : one.approach;
+  peak = MAX(peak, collision.peak);
+  const double approach = collision.approach();
   if (advance) peak = MAX(peak, approach);
   const double mobility = one.body.mobility_along(one.foot.normal);
   const auto &law = laws[atom->type[i]];
@@ -612,71 +611,55 @@ void FixPeridemWall::find_bodies(bool new_indices)
 {
   auto *contact = dynamic_cast<PairPeridemContact *>(lmp->force->pair_match("peridem/contact", 1));
   bodies = contact ? contact->moving_bodies() : nullptr;
+  if (new_indices) collisions.clear();
   if (bodies) return;
   bodies = &own_bodies;
   if (new_indices) bodies->sort_nodes(bonds);
   bodies->forget();
 }
 
-/* ---------------------------------------------------------------------- */
-
 /* ----------------------------------------------------------------------
-   a grain may touch a face at several nodes: that is one collision
+   a body may touch a face at several nodes: that is one collision
 ------------------------------------------------------------------------- */
 
 void FixPeridemWall::find_collisions()
 {
-  const tagint *const mol = atom->molecule;
-  collisions.clear();
+  auto place_of = [&](int i, int key) {
+    return collisions.find(-1 - static_cast<bigint>(key), bodies->id(i));
+  };
+  collisions.begin();
   for (auto &one : impacts) {
     one.body = bodies->body(one.node);
+    one.collision = place_of(one.node, one.foot.key);
+    double approach = 0.0;
     for (int m = 0; m < 3; m++)
-      one.approach -=
+      approach -=
           (one.body.velocity[m] - one.foot.velocity[m] - motion.velocity[m]) * one.foot.normal[m];
-    collisions.add(-1 - one.foot.key, mol[one.node], one.elastic, one.approach, 0.0, 1.0,
-                   bodies->shared(one.node));
+    collisions.add(one.collision, one.elastic, approach, 0.0, 1.0, bodies->shared(one.node));
   }
   // contacts that are open for a moment remember too
   for (const int i : nearby.nodes())
     for (const auto &slot : memories.of(i))
-      collisions.add(-1 - slot.key, mol[i], 0.0, 0.0, slot.peak, 0.0, bodies->shared(i));
+      collisions.add(place_of(i, slot.key), 0.0, 0.0, slot.peak, 0.0, bodies->shared(i));
   collisions.merge();
 }
 
-/* ----------------------------------------------------------------------
-   pieces of broken grains may have ghosts among their nodes
-------------------------------------------------------------------------- */
+/* ---------------------------------------------------------------------- */
 
 void FixPeridemWall::impact_pass()
 {
-  int any[2] = {!impacts.empty(), bodies->any_patch()};
+  int any[2] = {!impacts.empty(), bodies->torn()};
   MPI_Allreduce(MPI_IN_PLACE, any, 2, MPI_INT, MPI_MAX, world);
   pushing = any[0];
   push_power = 0.0;
   if (!pushing) return;
 
   if (books.open) pushes.assign(3 * static_cast<std::size_t>(atom->nlocal), 0.0);
-  spread.begin(atom->f[0], atom->nlocal, any[1] ? atom->nghost : 0, books.open ? &pushes : nullptr);
-  bodies->start();
+  bodies->start(any[1]);
   find_collisions();
   for (const auto &one : impacts) impact(one);
-  bodies->apply_patches(spread);
-  if (any[1]) comm->reverse_comm(this);
+  spread.begin(atom->f[0], books.open ? &pushes : nullptr);
   bodies->apply(spread);
-}
-
-/* ---------------------------------------------------------------------- */
-
-int FixPeridemWall::pack_reverse_comm(int n, int first, double *buf)
-{
-  return spread.pack(n, first, buf);
-}
-
-/* ---------------------------------------------------------------------- */
-
-void FixPeridemWall::unpack_reverse_comm(int n, int *list, double *buf)
-{
-  spread.unpack(n, list, buf);
 }
 
 /* ---------------------------------------------------------------------- */
@@ -685,8 +668,6 @@ void FixPeridemWall::min_post_force(int vflag)
 {
   post_force(vflag);
 }
-
-/* ---------------------------------------------------------------------- */
 
 /* ----------------------------------------------------------------------
    Springs of faces at right angles act on their own; in a sharp corner those of several faces pull

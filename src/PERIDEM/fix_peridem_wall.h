@@ -65,8 +65,6 @@ class FixPeridemWall : public Fix {
   void unpack_restart(int, int) override;
   int size_restart(int) override;
   int maxsize_restart() override;
-  int pack_reverse_comm(int, int, double *) override;
-  void unpack_reverse_comm(int, int *, double *) override;
   double memory_usage() override;
 
   // for the energy ledger, on this rank: power of the wall's forces on nodes; power of friction and
@@ -105,7 +103,7 @@ class FixPeridemWall : public Fix {
     PeridemSurface::Foot foot;
     double elastic;
     PeridemBody body;
-    double approach;    // of the body to the wall, as a rigid one
+    int collision;    // its place in collisions
   };
   std::vector<Impact> impacts;
   PeridemCollisions collisions;

@@ -61,7 +61,6 @@ PairPeridemContact::PairPeridemContact(LAMMPS *lmp) :
   restartinfo = 1;
   no_virial_fdotr_compute = 1;
   comm_forward = PeridemBody::SIZE;
-  comm_reverse = comm_reverse_off = 3;
 }
 
 /* ---------------------------------------------------------------------- */
@@ -477,7 +476,10 @@ void PairPeridemContact::pick_candidates()
     row_first.push_back(static_cast<int>(candidates.size()));
   }
 
-  if (any_restitution) bodies.sort_nodes(bonds);
+  if (any_restitution) {
+    bodies.sort_nodes(bonds);
+    collisions.clear();
+  }
   find_springs();
 }
 
@@ -602,7 +604,7 @@ void PairPeridemContact::check_overlaps()
 void PairPeridemContact::touch(int i, int j, double distance, double rsq, const double *d,
                                int memory)
 {
-  double **v = atom->v, **f = atom->f;
+  double **f = atom->f;
   const int nlocal = atom->nlocal;
   const auto &law = laws[index(atom->type[i], atom->type[j])];
   const double r = std::sqrt(rsq);
@@ -615,39 +617,16 @@ void PairPeridemContact::touch(int i, int j, double distance, double rsq, const 
   const double k = law.spring(atom->vfrac[i], atom->vfrac[j]);
   double fn = k * (distance - r);
   double total[3];    // force on node i
-  if (!law.uses_velocity()) {
+  if (law.uses_velocity())
+    fn = lose(i, j, law, k, distance - r, n, memory, total);
+  else
     for (int m = 0; m < 3; m++) total[m] = -fn * n[m];
-  } else {
-    double slide[3], rate = 0.0;
-    for (int m = 0; m < 3; m++) {
-      slide[m] = v[j][m] - v[i][m];
-      rate += slide[m] * n[m];
-    }
-    for (int m = 0; m < 3; m++) slide[m] -= rate * n[m];
-
-    const double beta = law.dashpot();
-    fn = PeridemContactLaw::normal(k, beta, distance - r, rate);
-    for (int m = 0; m < 3; m++) total[m] = -fn * n[m];
-    if (law.friction > 0.0) {
-      const double mi = atom->rmass[i], mj = atom->rmass[j];
-      double drag[3];
-      law.tangential({k, beta, fn, mi * mj / (mi + mj), dt, advance, n}, slide,
-                     memory >= 0 ? springs[memory].slip : nullptr, drag);
-      for (int m = 0; m < 3; m++) total[m] += drag[m];
-      if (books.open) book(i, j, books.friction, drag);
-    }
-    if (books.open) {
-      const double lossy = k * (distance - r) - fn;
-      const double dashpot[3] = {lossy * n[0], lossy * n[1], lossy * n[2]};
-      book(i, j, books.damping, dashpot);
-    }
-  }
   if (memory >= 0) springs[memory].deepest = MAX(springs[memory].deepest, distance - r);
   if (adapt) {
     adapt->note_spring(i, k);
     if (j < nlocal) adapt->note_spring(j, k);
   }
-  if (law.uses_restitution()) impacts.push_back({i, j, fn, memory, {n[0], n[1], n[2]}, 0.0});
+  if (law.uses_restitution()) impacts.push_back({i, j, fn, memory, {n[0], n[1], n[2]}});
 
   for (int m = 0; m < 3; m++) f[i][m] += total[m];
   if (j < nlocal)
@@ -658,6 +637,39 @@ void PairPeridemContact::touch(int i, int j, double distance, double rsq, const 
     ev_tally_xyz(i, j, nlocal, 0, 0.5 * k * depth * depth, 0.0, total[0], total[1], total[2], -d[0],
                  -d[1], -d[2]);
   }
+}
+
+/* ----------------------------------------------------------------------
+   the same with damping and friction: force on node i, of which the normal part is returned
+------------------------------------------------------------------------- */
+
+double PairPeridemContact::lose(int i, int j, const PeridemContactLaw &law, double k,
+                                double overlap, const double *n, int memory, double *total)
+{
+  double **v = atom->v;
+  double slide[3], rate = 0.0;
+  for (int m = 0; m < 3; m++) {
+    slide[m] = v[j][m] - v[i][m];
+    rate += slide[m] * n[m];
+  }
+  for (int m = 0; m < 3; m++) slide[m] -= rate * n[m];
+
+  const double beta = law.dashpot(), fn = PeridemContactLaw::normal(k, beta, overlap, rate);
+  for (int m = 0; m < 3; m++) total[m] = -fn * n[m];
+  if (law.friction > 0.0) {
+    const double mi = atom->rmass[i], mj = atom->rmass[j];
+    double drag[3];
+    law.tangential({k, beta, fn, mi * mj / (mi + mj), dt, advance, n}, slide,
+                   memory >= 0 ? springs[memory].slip : nullptr, drag);
+    for (int m = 0; m < 3; m++) total[m] += drag[m];
+    if (books.open) book(i, j, books.friction, drag);
+  }
+  if (books.open) {
+    const double lossy = k * overlap - fn;
+    const double dashpot[3] = {lossy * n[0], lossy * n[1], lossy * n[2]};
+    book(i, j, books.damping, dashpot);
+  }
+  return fn;
 }
 
 /* ----------------------------------------------------------------------
@@ -725,47 +737,97 @@ double PairPeridemContact::spring_energy() const
 
 void PairPeridemContact::impact_pass()
 {
-  const int nlocal = atom->nlocal, nall = nlocal + atom->nghost;
   bodies.forget();
   moved = update->ntimestep;
-  int any[2] = {!impacts.empty(), bodies.any_patch()};
+  int any[2] = {!impacts.empty(), bodies.torn()};
   MPI_Allreduce(MPI_IN_PLACE, any, 2, MPI_INT, MPI_MAX, world);
   if (!any[0]) return;
 
-  bodies.start();
-  body_of.resize(nall);
-  has_body.assign(nall, 0);
-  spread.begin(atom->f[0], nlocal, any[1] ? atom->nghost : 0,
-               books.open ? &books.damping : nullptr);
-  for (const auto &impact : impacts) {
-    find_body(impact.i);
-    if (impact.j < nlocal) find_body(impact.j);
-  }
-  comm->forward_comm(this);
+  bodies.start(any[1]);
+  find_touching();
   find_collisions();
   for (const auto &impact : impacts) add_impact(impact);
-
-  bodies.apply_patches(spread);
-  if (any[1]) comm->reverse_comm(this);    // patches may have ghosts among their nodes
+  spread.begin(atom->f[0], books.open ? &books.damping : nullptr);
   bodies.apply(spread);
+}
+
+/* ----------------------------------------------------------------------
+   the bodies of nodes that touch, those of other ranks too
+------------------------------------------------------------------------- */
+
+void PairPeridemContact::find_touching()
+{
+  const int nlocal = atom->nlocal;
+  body_of.resize(nlocal + atom->nghost);
+  has_body.assign(nlocal, 0);
+  auto find = [&](int i) {
+    if (i >= nlocal || has_body[i]) return;
+    has_body[i] = 1;
+    body_of[i] = bodies.body(i);
+  };
+  for (const auto &impact : impacts) {
+    find(impact.i);
+    find(impact.j);
+  }
+  comm->forward_comm(this);
+}
+
+/* ----------------------------------------------------------------------
+   of owned nodes, and of ghosts since they were sent
+------------------------------------------------------------------------- */
+
+bigint PairPeridemContact::body_id(int i) const
+{
+  return i < atom->nlocal ? bodies.id(i) : body_of[i].number();
 }
 
 /* ---------------------------------------------------------------------- */
 
+void PairPeridemContact::find_collisions()
+{
+  const int nlocal = atom->nlocal;
+  auto elsewhere = [&](const Spring &one) {
+    return one.j >= nlocal || bodies.shared(one.i) || bodies.shared(one.j);
+  };
+  collisions.begin();
+  // contacts that are open for a moment remember too
+  for (auto &spring : springs) {
+    if (spring.i < 0) continue;
+    const bigint a = body_id(spring.i), b = body_id(spring.j);
+    spring.collision = a == b ? -1 : collisions.find(a, b, spring.collision);
+    if (a != b) collisions.add(spring.collision, 0.0, 0.0, spring.peak, 0.0, elsewhere(spring));
+  }
+  for (const auto &impact : impacts) {
+    const auto &spring = springs[impact.spring];
+    if (spring.collision < 0) continue;
+    const auto &bi = body_of[impact.i], &bj = body_of[impact.j];
+    double approach = 0.0;
+    for (int m = 0; m < 3; m++) approach -= impact.n[m] * (bj.velocity[m] - bi.velocity[m]);
+    collisions.add(spring.collision, impact.elastic, approach, 0.0, impact.j < nlocal ? 1.0 : 0.5,
+                   elsewhere(spring));
+  }
+  collisions.merge();
+}
+
+/* ----------------------------------------------------------------------
+   nodes of one body do not collide
+------------------------------------------------------------------------- */
+
 void PairPeridemContact::add_impact(const Impact &impact)
 {
+  auto &spring = springs[impact.spring];
+  if (spring.collision < 0) return;
   const int i = impact.i, j = impact.j, nlocal = atom->nlocal;
   const auto &bi = body_of[i], &bj = body_of[j];
-  const auto &collision = collisions.of(atom->molecule[i], atom->molecule[j]);
-  double &peak = springs[impact.spring].peak;
-  if (atom->molecule[i] && atom->molecule[j]) peak = MAX(peak, collision.peak);
-  const double approach = bi.whole && bj.whole ? collision.approach() : impact.approach;
-  if (advance) peak = MAX(peak, approach);
+  const auto &collision = collisions.at(spring.collision);
+  const double approach = collision.approach();
+  spring.peak = MAX(spring.peak, collision.peak);
+  if (advance) spring.peak = MAX(spring.peak, approach);
 
   const auto &law = laws[index(atom->type[i], atom->type[j])];
   const double mobility = bi.mobility_along(impact.n) + bj.mobility_along(impact.n);
   const double k = law.spring(atom->vfrac[i], atom->vfrac[j]);
-  const double force = law.impact_force(impact.elastic, k, approach, peak, mobility, dt);
+  const double force = law.impact_force(impact.elastic, k, approach, spring.peak, mobility, dt);
   double push[3], pull[3], centres[3];
   for (int m = 0; m < 3; m++) {
     push[m] = -force * impact.n[m];
@@ -779,47 +841,17 @@ void PairPeridemContact::add_impact(const Impact &impact)
                  centres[2]);
 }
 
-/* ---------------------------------------------------------------------- */
-
-void PairPeridemContact::find_collisions()
-{
-  const tagint *const mol = atom->molecule;
-  const int nlocal = atom->nlocal;
-  auto elsewhere = [&](int i, int j) {
-    return j >= nlocal || bodies.shared(i) || bodies.shared(j);
-  };
-  collisions.clear();
-  for (auto &impact : impacts) {
-    const auto &bi = body_of[impact.i], &bj = body_of[impact.j];
-    impact.approach = 0.0;
-    for (int m = 0; m < 3; m++) impact.approach -= impact.n[m] * (bj.velocity[m] - bi.velocity[m]);
-    collisions.add(mol[impact.i], mol[impact.j], impact.elastic, impact.approach,
-                   springs[impact.spring].peak, impact.j < nlocal ? 1.0 : 0.5,
-                   elsewhere(impact.i, impact.j));
-  }
-  // contacts that are open for a moment remember too
-  for (const auto &spring : springs)
-    if (spring.i >= 0)
-      collisions.add(mol[spring.i], mol[spring.j], 0.0, 0.0, spring.peak, 0.0,
-                     elsewhere(spring.i, spring.j));
-  collisions.merge();
-}
-
-/* ---------------------------------------------------------------------- */
-
-void PairPeridemContact::find_body(int i)
-{
-  if (has_body[i]) return;
-  has_body[i] = 1;
-  body_of[i] = bodies.body(i);
-}
-
-/* ---------------------------------------------------------------------- */
+/* ----------------------------------------------------------------------
+   which body every node belongs to, and how that moves if the node touches
+------------------------------------------------------------------------- */
 
 int PairPeridemContact::pack_forward_comm(int n, int *list, double *buf, int, int *)
 {
-  for (int m = 0; m < n; m++)
-    memcpy(buf + m * PeridemBody::SIZE, &body_of[list[m]], sizeof(PeridemBody));
+  for (int m = 0; m < n; m++) {
+    const int i = list[m];
+    if (i < atom->nlocal && !has_body[i]) body_of[i].name(bodies.id(i));
+    memcpy(buf + m * PeridemBody::SIZE, &body_of[i], sizeof(PeridemBody));
+  }
   return n * PeridemBody::SIZE;
 }
 
@@ -828,20 +860,6 @@ int PairPeridemContact::pack_forward_comm(int n, int *list, double *buf, int, in
 void PairPeridemContact::unpack_forward_comm(int n, int first, double *buf)
 {
   if (n) memcpy(static_cast<void *>(&body_of[first]), buf, n * sizeof(PeridemBody));
-}
-
-/* ---------------------------------------------------------------------- */
-
-int PairPeridemContact::pack_reverse_comm(int n, int first, double *buf)
-{
-  return spread.pack(n, first, buf);
-}
-
-/* ---------------------------------------------------------------------- */
-
-void PairPeridemContact::unpack_reverse_comm(int n, int *list, double *buf)
-{
-  spread.unpack(n, list, buf);
 }
 
 /* ---------------------------------------------------------------------- */

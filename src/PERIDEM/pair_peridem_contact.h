@@ -55,8 +55,6 @@ class PairPeridemContact : public Pair {
   double memory_usage() override;
   int pack_forward_comm(int, int *, double *, int, int *) override;
   void unpack_forward_comm(int, int, double *) override;
-  int pack_reverse_comm(int, int, double *) override;
-  void unpack_reverse_comm(int, int *, double *) override;
 
   // the bodies that collide, of this force evaluation; null without restitution
   PeridemBodies *moving_bodies() { return moved == update->ntimestep ? &bodies : nullptr; }
@@ -117,6 +115,7 @@ class PairPeridemContact : public Pair {
     double slip[3]{0.0, 0.0, 0.0};
     double peak{0.0};
     double deepest{0.0};
+    int collision{-1};    // its place in collisions; -1: unknown, or within one body
   };
   std::vector<Spring> springs;
   std::vector<int> free_springs;
@@ -135,15 +134,15 @@ class PairPeridemContact : public Pair {
     int i, j;
     double elastic;
     int spring;
-    double n[3], approach;    // from i to j; speed of the bodies along it, as rigid ones
+    double n[3];    // from i to j
   };
   std::vector<Impact> impacts;
   PeridemBodies bodies;
   PeridemCollisions collisions;
   std::vector<PeridemBody> body_of;    // of owned and ghost nodes that touch
-  std::vector<char> has_body;
-  PeridemSpread spread;    // forces on bodies
-  bigint moved{-1};        // the step at which bodies was used last
+  std::vector<char> has_body;          // of owned nodes
+  PeridemSpread spread;                // forces on bodies
+  bigint moved{-1};                    // the step at which bodies was used last
 
   std::vector<double> springs_at;    // of owned and ghost nodes, for the bound on frequencies
   std::vector<int> touched;
@@ -164,9 +163,12 @@ class PairPeridemContact : public Pair {
   void check_overlaps();
   template <bool HISTORY> void touch_all();
   void touch(int i, int j, double distance, double rsq, const double *d, int memory);
-  void find_body(int i);
   int remember(int i, int j);
   void part(const PeridemContactLaw &, double gap, int &memory);
+  double lose(int i, int j, const PeridemContactLaw &, double k, double overlap, const double *n,
+              int memory, double *total);
+  void find_touching();
+  bigint body_id(int i) const;
   void find_collisions();
   void add_impact(const Impact &);
   void book(int i, int j, std::vector<double> &forces, const double *force);

@@ -19,64 +19,71 @@
 
 #include "comm.h"
 
-#include <algorithm>
-#include <utility>
-
 using namespace LAMMPS_NS;
 
 /* ---------------------------------------------------------------------- */
 
-static bool before(const PeridemCollision &a, const PeridemCollision &b)
+void PeridemCollisions::clear()
 {
-  return a.low != b.low ? a.low < b.low : a.high < b.high;
+  list.clear();
+  places.clear();
 }
 
 /* ---------------------------------------------------------------------- */
 
-void PeridemCollisions::add(tagint a, tagint b, double force, double approach, double peak,
-                            double share, bool seen_elsewhere)
+void PeridemCollisions::begin()
 {
-  auto &where = seen_elsewhere ? abroad : list;
-  where.push_back({MIN(a, b), MAX(a, b), share * force, share * force * approach, peak});
+  for (auto &one : list) one.force = one.power = one.peak = 0.0;
 }
 
 /* ---------------------------------------------------------------------- */
 
-void PeridemCollisions::merge()
+int PeridemCollisions::find(bigint a, bigint b, int guess)
 {
-  if (comm->nprocs > 1) {
-    compress(abroad);
-    abroad = PeridemMessages::gather(world, std::move(abroad));    // in the order of the ranks
+  const Bodies bodies{MIN(a, b), MAX(a, b)};
+  if (guess >= 0 && guess < static_cast<int>(list.size()) && list[guess].low == bodies.low &&
+      list[guess].high == bodies.high)
+    return guess;
+  const auto found = places.emplace(bodies, static_cast<int>(list.size()));
+  if (found.second) {
+    list.emplace_back();
+    list.back().low = bodies.low;
+    list.back().high = bodies.high;
   }
-  list.insert(list.end(), abroad.begin(), abroad.end());
-  compress(list);
+  return found.first->second;
+}
+
+/* ---------------------------------------------------------------------- */
+
+void PeridemCollisions::add(int place, double force, double approach, double peak, double share,
+                            bool seen_elsewhere)
+{
+  auto &one = list[place];
+  one.force += share * force;
+  one.power += share * force * approach;
+  one.peak = MAX(one.peak, peak);
+  one.abroad = one.abroad || seen_elsewhere;
 }
 
 /* ----------------------------------------------------------------------
-   one entry for each collision; stable, so that all ranks sum in the same order
+   in the order of the ranks, so that all sum up to the same
 ------------------------------------------------------------------------- */
 
-void PeridemCollisions::compress(std::vector<PeridemCollision> &list)
+void PeridemCollisions::merge()
 {
-  std::stable_sort(list.begin(), list.end(), before);
-  std::size_t kept = 0;
-  for (std::size_t n = 0; n < list.size(); n++) {
-    if (kept == 0 || before(list[kept - 1], list[n])) {
-      list[kept++] = list[n];
-      continue;
-    }
-    auto &same = list[kept - 1];
-    same.force += list[n].force;
-    same.power += list[n].power;
-    same.peak = MAX(same.peak, list[n].peak);
+  if (comm->nprocs == 1) return;
+  std::vector<PeridemCollision> seen;
+  for (auto &one : list) {
+    if (!one.abroad) continue;
+    if (one.force > 0.0 || one.peak > 0.0) seen.push_back(one);
+    one.force = one.power = one.peak = 0.0;
   }
-  list.resize(kept);
-}
-
-/* ---------------------------------------------------------------------- */
-
-const PeridemCollision &PeridemCollisions::of(tagint a, tagint b) const
-{
-  const PeridemCollision wanted = {MIN(a, b), MAX(a, b), 0.0, 0.0, 0.0};
-  return *std::lower_bound(list.begin(), list.end(), wanted, before);
+  for (const auto &one : PeridemMessages::gather(world, std::move(seen))) {
+    const auto found = places.find({one.low, one.high});
+    if (found == places.end()) continue;
+    auto &same = list[found->second];
+    same.force += one.force;
+    same.power += one.power;
+    same.peak = MAX(same.peak, one.peak);
+  }
 }

@@ -9,7 +9,7 @@
    See the README file in the top-level LAMMPS directory.
 ------------------------------------------------------------------------- */
 
-// Two grains touch at several nodes at a time, and open and close again at each of them while they
+// Two bodies touch at several nodes at a time, and open and close again at each of them while they
 // vibrate.  All that is one collision: its speed of approach is that of the contacts, each weighted
 // with its force, and it began with the fastest approach that any of them remembers.
 
@@ -18,15 +18,18 @@
 
 #include "pointers.h"
 
+#include <cstdint>
+#include <unordered_map>
 #include <vector>
 
 namespace LAMMPS_NS {
 
 struct PeridemCollision {
-  tagint low, high;    // two grains, or a face of a wall (a number below 0) and a grain
-  double force;        // sum of the elastic forces
-  double power;        // sum of force times speed of approach
-  double peak;         // fastest approach so far
+  bigint low, high;      // two bodies, or a face of a wall (a number below 0) and a body
+  double force{0.0};     // sum of the elastic forces
+  double power{0.0};     // sum of force times speed of approach
+  double peak{0.0};      // fastest approach so far
+  bool abroad{false};    // another rank may have a contact of the same collision
   double approach() const { return force > 0.0 ? power / force : 0.0; }
 };
 
@@ -34,25 +37,35 @@ class PeridemCollisions : protected Pointers {
  public:
   PeridemCollisions(class LAMMPS *lmp) : Pointers(lmp) {}
 
-  void clear()
-  {
-    list.clear();
-    abroad.clear();
-  }
+  // no contact of a collision is known; places are void
+  void clear();
+  // a new moment: collisions keep their places
+  void begin();
+  // where the collision of these two bodies is; guess: where it may have been found before, or -1
+  int find(bigint a, bigint b, int guess = -1);
   // a contact that has touched in a collision that is not over; share = of this rank, seen_elsewhere:
   // another rank may have a contact of the same collision
-  void add(tagint a, tagint b, double force, double approach, double peak, double share,
+  void add(int place, double force, double approach, double peak, double share,
            bool seen_elsewhere);
   // sum up what all ranks have added; collective
   void merge();
-  // of grains (or a face and a grain) that have been added
-  const PeridemCollision &of(tagint a, tagint b) const;
+  const PeridemCollision &at(int place) const { return list[place]; }
 
  private:
-  std::vector<PeridemCollision> list;      // of this rank alone, and after merge() of all
-  std::vector<PeridemCollision> abroad;    // those that other ranks may see too
-
-  static void compress(std::vector<PeridemCollision> &);
+  struct Bodies {
+    bigint low, high;
+    bool operator==(const Bodies &other) const { return low == other.low && high == other.high; }
+  };
+  struct Hash {
+    static constexpr std::uint64_t SPREAD = 0x9E3779B97F4A7C15ULL;    // 2^64 over the golden ratio
+    std::size_t operator()(const Bodies &one) const
+    {
+      const auto a = static_cast<std::uint64_t>(one.low), b = static_cast<std::uint64_t>(one.high);
+      return static_cast<std::size_t>((a * SPREAD + b) * SPREAD >> 16);
+    }
+  };
+  std::vector<PeridemCollision> list;
+  std::unordered_map<Bodies, int, Hash> places;
 };
 
 }    // namespace LAMMPS_NS

@@ -15,8 +15,6 @@
 
 #include "peridem_sharing.h"
 
-#include "peridem_messages.h"
-
 #include "comm.h"
 
 #include <algorithm>
@@ -27,18 +25,25 @@ using namespace LAMMPS_NS;
 
 static constexpr int PARTS = 6031;    // tag of messages
 
+/* ---------------------------------------------------------------------- */
+
+int PeridemSharing::nprocs() const
+{
+  return comm->nprocs;
+}
+
 /* ----------------------------------------------------------------------
    parts that other ranks have of these things, by id and rank: each thing has a rank that all ask
    about it
 ------------------------------------------------------------------------- */
 
-std::vector<PeridemSharing::Part> PeridemSharing::find_parts(const std::vector<tagint> &ids) const
+std::vector<PeridemSharing::Part> PeridemSharing::find_parts(const std::vector<bigint> &ids) const
 {
   auto before = [](const Part &a, const Part &b) {
     return a.id != b.id ? a.id < b.id : a.rank < b.rank;
   };
   std::vector<std::vector<Part>> asked(comm->nprocs), answers(comm->nprocs);
-  for (const tagint id : ids) asked[id % comm->nprocs].push_back({id, comm->me});
+  for (const bigint id : ids) asked[id % comm->nprocs].push_back({id, comm->me});
   auto parts = PeridemMessages::exchange(world, asked);
   std::sort(parts.begin(), parts.end(), before);
   for (std::size_t first = 0, last = 0; first < parts.size(); first = last) {
@@ -54,14 +59,14 @@ std::vector<PeridemSharing::Part> PeridemSharing::find_parts(const std::vector<t
 
 /* ---------------------------------------------------------------------- */
 
-void PeridemSharing::find(const std::vector<tagint> &ids)
+void PeridemSharing::find(const std::vector<bigint> &ids)
 {
   places.clear();
   peers.clear();
   if (comm->nprocs == 1) return;
 
   std::map<int, std::vector<int>> things;
-  tagint last = -1;
+  bigint last = -1;
   for (const auto &part : find_parts(ids)) {    // all ranks see the ids in the same order
     if (part.id != last)
       places.push_back(

@@ -15,6 +15,7 @@
 #ifndef LMP_PERIDEM_SHARING_H
 #define LMP_PERIDEM_SHARING_H
 
+#include "peridem_messages.h"
 #include "pointers.h"
 
 #include <vector>
@@ -26,7 +27,7 @@ class PeridemSharing : protected Pointers {
   explicit PeridemSharing(class LAMMPS *lmp) : Pointers(lmp) {}
 
   // ids > 0, ascending, of the things that this rank has a part of; collective
-  void find(const std::vector<tagint> &ids);
+  void find(const std::vector<bigint> &ids);
 
   // positions in ids of those that other ranks have parts of too
   const std::vector<int> &shared() const { return places; }
@@ -34,6 +35,17 @@ class PeridemSharing : protected Pointers {
   // data: so many numbers of each shared thing, that become their sums over the ranks, the same
   // to the last digit on all of them; all ranks call it, in the same order
   void sum(std::vector<double> &data, int width);
+
+  // of each shared thing a list, that goes to the others with a part of it; returns what they have
+  // sent here, in the order of the ranks; all ranks call it
+  template <class T> std::vector<T> swap(const std::vector<std::vector<T>> &lists) const
+  {
+    std::vector<std::vector<T>> outgoing(nprocs());
+    for (const auto &peer : peers)
+      for (const int n : peer.things)
+        outgoing[peer.rank].insert(outgoing[peer.rank].end(), lists[n].begin(), lists[n].end());
+    return PeridemMessages::exchange(world, outgoing);
+  }
 
   double memory_usage() const;
 
@@ -49,10 +61,11 @@ class PeridemSharing : protected Pointers {
   std::vector<MPI_Request> requests;
 
   struct Part {
-    tagint id;
+    bigint id;
     int rank;    // that has a part of it
   };
-  std::vector<Part> find_parts(const std::vector<tagint> &ids) const;
+  int nprocs() const;
+  std::vector<Part> find_parts(const std::vector<bigint> &ids) const;
   void swap_parts(const std::vector<double> &data, int width);
 };
 

@@ -279,8 +279,9 @@ def test_walls_push_and_report_the_same_on_any_number_of_ranks(words, mpi, rng):
         )
 
 
-def test_a_collision_of_whole_grains_is_the_same_on_any_number_of_ranks(mpi):
-    """Faces of the ranks between the discs and through them; contacts open and close."""
+@pytest.mark.parametrize("cut", ["", "cut plane 0.0 0.2 0 0.3 1 0 cut plane 9.6 1.7 0 1 0.2 0"])
+def test_a_collision_is_the_same_on_any_number_of_ranks(cut, mpi):
+    """Whole grains, or two pieces of each; faces of the ranks between and through them."""
     solid = replace(SOLIDS[2], s0=np.inf)
     parts = [
         cloud(rotated(disc(4.2), 0.1 + 0.3 * k) + np.array([9.6 * k, 1.5 * k, 0]), dimension=2)
@@ -298,6 +299,7 @@ def test_a_collision_of_whole_grains_is_the_same_on_any_number_of_ranks(mpi):
             pair_style hybrid/overlay peridem/lps peridem/contact
             pair_coeff * * peridem/lps {lps_words(solid)}
             pair_coeff * * peridem/contact radius 0.95 modulus 3 restitution 0.5
+            {"fix glue all peridem/bonds " + cut if cut else ""}
             fix floor all peridem/wall plane 0 -5.3 0 0 1 0 restitution 0.5
             fix weight all gravity 0.001 vector 0 -1 0
             fix motion all nve
