@@ -204,7 +204,7 @@ void PairPeridemLPS::general_passes()
     set_dilatation(i, sum);
   });
   to_ghosts(pressure, 1);
-  general->second_pass(pressure);
+  general->second_pass(pressure, atom->f[0]);
   if (evflag) tally();
 }
 
@@ -507,45 +507,85 @@ void PairPeridemLPS::book_viscous_forces()
 
 void PairPeridemLPS::apply_stiffness(const std::vector<double> &u, std::vector<double> &force)
 {
-  const int nlocal = atom->nlocal, nall = nlocal + atom->nghost;
-  double **x = atom->x;
-  auto extension = [&](int i, int j, double *n) {
-    double rsq = TINY, e = 0.0;
-    for (int m = 0; m < 3; m++) {
-      n[m] = x[j][m] - x[i][m];
-      rsq += n[m] * n[m];
-    }
-    const double inverse = 1.0 / std::sqrt(rsq);
-    for (int m = 0; m < 3; m++) {
-      n[m] *= inverse;
-      e += n[m] * (u[3 * j + m] - u[3 * i + m]);
-    }
-    return e;
+  std::fill(force.begin(), force.end(), 0.0);
+  std::vector<char> by_row(atom->nlocal);
+  const bool in_batches = batching && batch_version == bonds->version;
+  const bool in_list = list_version == bonds->version && (!in_batches || batch->general_too());
+  for (int i = 0; i < atom->nlocal; i++)
+    by_row[i] = bonds->wvolume[i] > 0.0 && !(in_batches && batch->responds(i)) &&
+        !(in_list && !elsewhere(i));
+
+  if (in_batches) batch->respond(u, force);
+  std::vector<double> p(atom->nlocal + atom->nghost, 0.0);
+  auto set = [&](int i, double sum) {
+    p[i] = softness(i) * sum;
   };
-
-  std::vector<double> p(nall, 0.0);
-  double n[3];
-  for (int i = 0; i < nlocal; i++) {
-    const double m = bonds->wvolume[i];
-    if (!(m > 0.0)) continue;
-    double sum = 0.0;
-    for (bigint k = bonds->start[i]; k < bonds->start[i] + bonds->num[i]; k++)
-      sum += bonds->weight[k] * bonds->length[k] * extension(i, bonds->partner[k], n);
-    const auto &own = material(atom->type[i], atom->type[i]);
-    p[i] = own.dilatation_modulus() * own.dim() * sum / (m * m * atom->vfrac[i]);
+  if (in_list) {
+    general->first_response(u, stiffness);
+    general->each_sum(set);
   }
+  for (int i = 0; i < atom->nlocal; i++)
+    if (by_row[i]) set(i, extension_sum(i, u));
   to_ghosts(p.data(), 1);
+  if (in_list) general->second_pass(p.data(), force.data());
+  for (int i = 0; i < atom->nlocal; i++)
+    if (by_row[i]) add_response(i, u, p, &force[3 * i]);
+}
 
-  for (int i = 0; i < nlocal; i++) {
-    double *const f = &force[3 * i];
-    f[0] = f[1] = f[2] = 0.0;
-    for (bigint k = bonds->start[i]; k < bonds->start[i] + bonds->num[i]; k++) {
-      const int j = bonds->partner[k];
-      const double e = extension(i, j, n);
-      const double t =
-          bonds->weight[k] * ((p[i] + p[j]) * bonds->length[k] + (stiffness[i] + stiffness[j]) * e);
-      for (int m = 0; m < 3; m++) f[m] += t * n[m];
-    }
+/* ----------------------------------------------------------------------
+   what the sum of w v V_i V_j R e over its bonds makes of a_i
+------------------------------------------------------------------------- */
+
+double PairPeridemLPS::softness(int i) const
+{
+  const double m = bonds->wvolume[i];
+  if (!(m > 0.0)) return 0.0;
+  const auto &own = material(atom->type[i], atom->type[i]);
+  return own.dilatation_modulus() * own.dim() / (m * m * atom->vfrac[i]);
+}
+
+/* ----------------------------------------------------------------------
+   how much longer small displacements make a bond; n: its direction
+------------------------------------------------------------------------- */
+
+double PairPeridemLPS::extension(int i, int j, const std::vector<double> &u, double *n) const
+{
+  double **x = atom->x;
+  double rsq = TINY, e = 0.0;
+  for (int m = 0; m < 3; m++) {
+    n[m] = x[j][m] - x[i][m];
+    rsq += n[m] * n[m];
+  }
+  const double inverse = 1.0 / std::sqrt(rsq);
+  for (int m = 0; m < 3; m++) {
+    n[m] *= inverse;
+    e += n[m] * (u[3 * j + m] - u[3 * i + m]);
+  }
+  return e;
+}
+
+/* ---------------------------------------------------------------------- */
+
+double PairPeridemLPS::extension_sum(int i, const std::vector<double> &u) const
+{
+  double sum = 0.0, n[3];
+  for (bigint k = bonds->start[i]; k < bonds->start[i] + bonds->num[i]; k++)
+    sum += bonds->weight[k] * bonds->length[k] * extension(i, bonds->partner[k], u, n);
+  return sum;
+}
+
+/* ---------------------------------------------------------------------- */
+
+void PairPeridemLPS::add_response(int i, const std::vector<double> &u, const std::vector<double> &p,
+                                  double *f) const
+{
+  double n[3];
+  for (bigint k = bonds->start[i]; k < bonds->start[i] + bonds->num[i]; k++) {
+    const int j = bonds->partner[k];
+    const double e = extension(i, j, u, n);
+    const double t =
+        bonds->weight[k] * ((p[i] + p[j]) * bonds->length[k] + (stiffness[i] + stiffness[j]) * e);
+    for (int m = 0; m < 3; m++) f[m] += t * n[m];
   }
 }
 

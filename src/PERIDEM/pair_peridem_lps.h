@@ -78,6 +78,10 @@ class PairPeridemLPS : public PairPeridem {
   void grow();
   void node_constants();
   double extension_sum(int) const;
+  double softness(int) const;
+  double extension(int, int, const std::vector<double> &, double *) const;
+  double extension_sum(int, const std::vector<double> &) const;
+  void add_response(int, const std::vector<double> &, const std::vector<double> &, double *) const;
   double careful_row(int);
   double energy_rate(int) const;
   double energy_to_break(int) const;

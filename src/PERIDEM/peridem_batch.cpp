@@ -16,7 +16,6 @@
 #include "peridem_batch.h"
 
 #include "fix_peridem_bonds.h"
-#include "peridem_batch_kernel.h"
 
 #include "atom.h"
 #include "comm.h"
@@ -189,20 +188,18 @@ void PeridemBatch::drop_broken()
 /* ---------------------------------------------------------------------- */
 
 template <int DIM>
-void PeridemBatch::gather(const PeridemBatchGroup &group, bool velocities,
+void PeridemBatch::gather(const PeridemBatchGroup &group, const double *own, Borrowed borrowed,
                           std::vector<Pack> &to) const
 {
   const int nlocal = atom->nlocal;
-  const auto &share = thePlan.share;
-  const double *const values = velocities ? atom->v[0] : atom->x[0];
   const int *index = group.index.data();
   to.resize(static_cast<std::size_t>(DIM) * group.nodes);
   Pack *pack = to.data();
   for (int n = 0; n < group.nodes; n++, pack += DIM)
     for (int lane = 0; lane < WIDTH; lane++) {
       const int i = *index++;
-      const double *one = values + 3 * static_cast<bigint>(i);
-      if (i >= nlocal) one = velocities ? share.velocity(i - nlocal) : share.place(i - nlocal);
+      const double *const one = i < nlocal ? own + 3 * static_cast<bigint>(i)
+                                           : (thePlan.share.*borrowed)(i - nlocal);
       for (int m = 0; m < DIM; m++) PeridemSimd::set(pack[m], lane, one[m]);
     }
 }
@@ -225,7 +222,7 @@ template <int DIM> void PeridemBatch::shift(const PeridemBatchGroup &group)
 
 template <int DIM> void PeridemBatch::one_group(PeridemBatchGroup &group)
 {
-  gather<DIM>(group, false, x);
+  gather<DIM>(group, atom->x[0], &PeridemBatchShare::place, x);
   shift<DIM>(group);
   stretches<DIM>(group);
   if (std::isfinite(laws[group.type].s0)) {
@@ -233,7 +230,7 @@ template <int DIM> void PeridemBatch::one_group(PeridemBatchGroup &group)
     record_stretches(group);
   }
   forces<DIM>(group);
-  scatter<DIM>(group);
+  scatter<DIM>(group, atom->f[0]);
 }
 
 /* ----------------------------------------------------------------------
@@ -251,21 +248,46 @@ template <class What> static void with_bonds(const PeridemBatchGroup &group, Wha
     what(FullBonds{bonds, group.inverse.data(), group.strength.data()});
 }
 
+/* ----------------------------------------------------------------------
+   does the second pass use what the first has found?
+------------------------------------------------------------------------- */
+
+bool PeridemBatch::keeps_found(const PeridemBatchGroup &group) const
+{
+  return !tallying && !laws[group.type].viscous &&
+      group.partner.size() <= PeridemBatchKernel::FOUND_BONDS;
+}
+
 /* ---------------------------------------------------------------------- */
 
 template <int DIM> void PeridemBatch::stretches(PeridemBatchGroup &group)
 {
   std::fill(group.sum.begin(), group.sum.end(), Pack{});
   top.assign(group.nodes, Pack{});
+  if (keeps_found(group)) {
+    found.resize(MAX(found.size(), group.partner.size()));
+    stretch_pass<DIM, true>(group);
+  } else
+    stretch_pass<DIM, false>(group);
+}
+
+/* ---------------------------------------------------------------------- */
+
+template <int DIM, bool KEEP> void PeridemBatch::stretch_pass(PeridemBatchGroup &group)
+{
+  using namespace PeridemBatchKernel;
   with_bonds(group, [&](const auto &list) {
     const auto &law = laws[group.type];
-    Pack *const sum = group.sum.data();
+    const Pack *const place = x.data();
+    Pack *const sum = group.sum.data(), *const most = top.data();
     if (!std::isfinite(law.s0))
-      PeridemBatchKernel::stretch_pass<DIM, false, false>(list, x.data(), sum, top.data());
+      PeridemBatchKernel::stretch_pass<DIM, false, false, KEEP>(list, place, sum, most,
+                                                                found.data());
     else if (law.both)
-      PeridemBatchKernel::stretch_pass<DIM, true, true>(list, x.data(), sum, top.data());
+      PeridemBatchKernel::stretch_pass<DIM, true, true, KEEP>(list, place, sum, most, found.data());
     else
-      PeridemBatchKernel::stretch_pass<DIM, true, false>(list, x.data(), sum, top.data());
+      PeridemBatchKernel::stretch_pass<DIM, true, false, KEEP>(list, place, sum, most,
+                                                               found.data());
   });
 }
 
@@ -363,7 +385,13 @@ template <int DIM> void PeridemBatch::forces(PeridemBatchGroup &group)
   pressure.resize(group.nodes);
   for (int n = 0; n < group.nodes; n++) pressure[n].v = group.soft[n].v * group.sum[n].v;
   force.assign(static_cast<std::size_t>(DIM) * group.nodes, Pack{});
-  if (laws[group.type].viscous) gather<DIM>(group, true, v);
+  if (keeps_found(group)) {
+    const PeridemBatchKernel::Bonds list{group.nodes, group.first.data(), group.partner.data()};
+    PeridemBatchKernel::short_force_pass<DIM>(list, x.data(), pressure.data(), group.stiff.data(),
+                                              found.data(), force.data());
+    return;
+  }
+  if (laws[group.type].viscous) gather<DIM>(group, atom->v[0], &PeridemBatchShare::velocity, v);
   if (!tallying) {
     force_pass<DIM, false>(group, nullptr);
     return;
@@ -401,21 +429,62 @@ void PeridemBatch::add_tallies(const PeridemBatchGroup &group, const Pack *lanes
 
 /* ---------------------------------------------------------------------- */
 
-template <int DIM> void PeridemBatch::scatter(const PeridemBatchGroup &group)
+template <int DIM> void PeridemBatch::scatter(const PeridemBatchGroup &group, double *to)
 {
   const int nlocal = atom->nlocal;
-  double *const f = atom->f[0];
   const Pack *pack = force.data();
   for (int n = 0; n < group.nodes; n++, pack += DIM)
     for (int lane = 0; lane < group.lanes; lane++) {
       const int i = group.index[n * WIDTH + lane];
-      double *one = f + 3 * static_cast<bigint>(i);
+      double *one = to + 3 * static_cast<bigint>(i);
       if (i >= nlocal) {
         one = thePlan.share.result(i - nlocal);
         one[3] = PeridemSimd::get(group.sum[n], lane);
       }
       for (int m = 0; m < DIM; m++) one[m] += PeridemSimd::get(pack[m], lane);
     }
+}
+
+// ---- linear response ----------------------------------------------------------------------------
+
+bool PeridemBatch::responds(int i) const
+{
+  const int group = thePlan.places[i].group;
+  return group >= 0 && static_cast<std::size_t>(group) < thePlan.first_shared;
+}
+
+/* ---------------------------------------------------------------------- */
+
+void PeridemBatch::respond(const std::vector<double> &u, std::vector<double> &forces)
+{
+  drop_broken();
+  for (std::size_t g = 0; g < thePlan.first_shared; g++) {
+    if (domain->dimension == 3)
+      respond<3>(thePlan.groups[g], u, forces);
+    else
+      respond<2>(thePlan.groups[g], u, forces);
+  }
+}
+
+/* ---------------------------------------------------------------------- */
+
+template <int DIM>
+void PeridemBatch::respond(const PeridemBatchGroup &group, const std::vector<double> &u,
+                           std::vector<double> &forces)
+{
+  gather<DIM>(group, atom->x[0], &PeridemBatchShare::place, x);
+  shift<DIM>(group);
+  gather<DIM>(group, u.data(), &PeridemBatchShare::place, v);
+  pressure.assign(group.nodes, Pack{});
+  force.assign(static_cast<std::size_t>(DIM) * group.nodes, Pack{});
+  found.resize(MAX(found.size(), group.partner.size()));
+  with_bonds(group, [&](const auto &list) {
+    PeridemBatchKernel::linear_pass<DIM>(list, x.data(), v.data(), pressure.data(), found.data());
+    for (int n = 0; n < group.nodes; n++) pressure[n].v *= group.soft[n].v;
+    PeridemBatchKernel::short_force_pass<DIM>(list, x.data(), pressure.data(), group.stiff.data(),
+                                              found.data(), force.data());
+  });
+  scatter<DIM>(group, forces.data());
 }
 
 /* ---------------------------------------------------------------------- */
@@ -437,5 +506,6 @@ double PeridemBatch::memory_usage() const
 {
   return thePlan.memory_usage() +
       static_cast<double>((x.size() + v.size() + top.size() + pressure.size() + force.size()) *
-                          sizeof(Pack));
+                          sizeof(Pack)) +
+      static_cast<double>(found.size() * sizeof(PeridemBatchKernel::Found));
 }

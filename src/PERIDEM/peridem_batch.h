@@ -16,6 +16,7 @@
 #ifndef LMP_PERIDEM_BATCH_H
 #define LMP_PERIDEM_BATCH_H
 
+#include "peridem_batch_kernel.h"
 #include "peridem_batch_plan.h"
 
 #include <functional>
@@ -50,6 +51,10 @@ class PeridemBatch : protected Pointers {
   // after a step without compute(): have bonds broken that only another rank knows of? Then there must
   // be a new plan(). Collective.
   bool outdated();
+  // linear response to displacements u, three of each owned node: forces on the nodes of grains that
+  // are on this rank alone
+  void respond(const std::vector<double> &u, std::vector<double> &forces);
+  bool responds(int i) const;
   // of owned nodes in batches: sum of w v V_i V_j R e over the bonds at the last compute()
   void each_sum(const std::function<void(int, double)> &) const;
 
@@ -66,6 +71,7 @@ class PeridemBatch : protected Pointers {
 
   // one batch at work, in cache
   std::vector<PeridemSimd::Pack> x, v, top, pressure, force;
+  std::vector<PeridemBatchKernel::Found> found;
   std::vector<double> lent_sums;    // by local index
   bool tallying{false};
   double tallies[7] = {};    // energy, virial
@@ -74,11 +80,15 @@ class PeridemBatch : protected Pointers {
   void drop_broken();
   void compute_groups(std::size_t begin, std::size_t end);
   void take_results(int, const double *);
+  using Borrowed = const double *(PeridemBatchShare::*) (int) const;
   template <int DIM>
-  void gather(const PeridemBatchGroup &, bool velocities, std::vector<PeridemSimd::Pack> &) const;
+  void gather(const PeridemBatchGroup &, const double *own, Borrowed,
+              std::vector<PeridemSimd::Pack> &) const;
   template <int DIM> void shift(const PeridemBatchGroup &);
   template <int DIM> void one_group(PeridemBatchGroup &);
+  bool keeps_found(const PeridemBatchGroup &) const;
   template <int DIM> void stretches(PeridemBatchGroup &);
+  template <int DIM, bool KEEP> void stretch_pass(PeridemBatchGroup &);
   bool look_closely(PeridemBatchGroup &);
   bool careful_borrowed(PeridemBatchGroup &, int lane, int n);
   void record_stretches(PeridemBatchGroup &);
@@ -86,7 +96,9 @@ class PeridemBatch : protected Pointers {
   template <int DIM> void forces(PeridemBatchGroup &);
   template <int DIM, bool TALLY> void force_pass(const PeridemBatchGroup &, PeridemSimd::Pack *);
   void add_tallies(const PeridemBatchGroup &, const PeridemSimd::Pack *);
-  template <int DIM> void scatter(const PeridemBatchGroup &);
+  template <int DIM> void scatter(const PeridemBatchGroup &, double *to);
+  template <int DIM>
+  void respond(const PeridemBatchGroup &, const std::vector<double> &, std::vector<double> &);
 };
 
 }    // namespace LAMMPS_NS

@@ -44,10 +44,12 @@ namespace PeridemBatchKernel {
 
     Lanes inverse(int k) const { return inverses[k].v; }
     Lanes strength(int k) const { return strengths[k].v; }
-    template <bool BOTH> Lanes reached(int k, Lanes s) const
+    // top, which is not below 0, or how far the bond is stretched, if that is more
+    template <bool BOTH> Lanes raise(Lanes top, int k, Lanes s) const
     {
       const Lanes zero = {};    // without the bond s = -1
-      return BOTH ? (inverses[k].v > zero ? PeridemSimd::larger(s, -s) : zero) : s;
+      if (BOTH) s = inverses[k].v > zero ? PeridemSimd::larger(s, -s) : zero;
+      return PeridemSimd::larger(s, top);
     }
     void ask_for(int k) const
     {
@@ -71,9 +73,9 @@ namespace PeridemBatchKernel {
     {
       return PeridemSimd::only(here[k], PeridemSimd::all(strengths[k]));
     }
-    template <bool BOTH> Lanes reached(int k, Lanes s) const
+    template <bool BOTH> Lanes raise(Lanes top, int k, Lanes s) const
     {
-      return PeridemSimd::only(here[k], BOTH ? PeridemSimd::larger(s, -s) : s);
+      return PeridemSimd::larger_where(here[k], top, BOTH ? PeridemSimd::larger(s, -s) : s);
     }
     void ask_for(int k) const { PeridemSimd::expect(rests + (k + AHEAD) * PeridemSimd::WIDTH); }
   };
@@ -88,30 +90,62 @@ namespace PeridemBatchKernel {
     return square;
   }
 
-  // sum, top: zero on entry; top = largest stretch, with BOTH largest size of the stretch
-  template <int DIM, bool BREAKS, bool BOTH, class AnyBonds>
-  void stretch_pass(const AnyBonds &bonds, const Pack *x, Pack *sum, Pack *top)
+  // What the first pass finds of a bond and the second one needs: q / (R r) and s.  To keep it takes
+  // less time than to find it again as long as the second-level cache holds it.
+  struct Found {
+    Pack pull, stretch;
+  };
+  static constexpr std::size_t FOUND_BONDS = 4096;
+
+  // sum, top: zero on entry; top = largest stretch, with BOTH largest size of the stretch; found: with
+  // KEEP
+  template <int DIM, bool BREAKS, bool BOTH, bool KEEP, class AnyBonds>
+  void stretch_pass(const AnyBonds &bonds, const Pack *x, Pack *sum, Pack *top, Found *found)
   {
     for (int n = 0; n < bonds.nodes; n++) {
-      Lanes xn[DIM], d[DIM];
+      Lanes xn[DIM], d[DIM], inverse_r;
       for (int m = 0; m < DIM; m++) xn[m] = x[DIM * n + m].v;
       Lanes mysum = sum[n].v, mytop = top[n].v;
       for (int k = bonds.first[n]; k < bonds.first[n + 1]; k++) {
         bonds.ask_for(k);
         const int j = bonds.partner[k];
-        const Lanes r = PeridemSimd::root(separation<DIM>(x, j, xn, d));
-        const Lanes s = r * bonds.inverse(k) - 1.0;
-        const Lanes part = bonds.strength(k) * s;
+        const Lanes square = separation<DIM>(x, j, xn, d);
+        const Lanes r = KEEP ? PeridemSimd::root(square, inverse_r) : PeridemSimd::root(square);
+        const Lanes inverse = bonds.inverse(k), q = bonds.strength(k);
+        const Lanes s = r * inverse - 1.0, part = q * s;
         mysum += part;
         sum[j].v += part;
+        if (KEEP) {
+          found[k].pull.v = q * inverse * inverse_r;
+          found[k].stretch.v = s;
+        }
         if (BREAKS) {
-          const Lanes reached = bonds.template reached<BOTH>(k, s);
-          mytop = PeridemSimd::larger(reached, mytop);
-          top[j].v = PeridemSimd::larger(reached, top[j].v);
+          mytop = bonds.template raise<BOTH>(mytop, k, s);
+          top[j].v = bonds.template raise<BOTH>(top[j].v, k, s);
         }
       }
       sum[n].v = mysum;
       top[n].v = mytop;
+    }
+  }
+
+  // the same for stretches from small displacements u
+  template <int DIM, class AnyBonds>
+  void linear_pass(const AnyBonds &bonds, const Pack *x, const Pack *u, Pack *sum, Found *found)
+  {
+    for (int n = 0; n < bonds.nodes; n++) {
+      Lanes xn[DIM], d[DIM];
+      for (int m = 0; m < DIM; m++) xn[m] = x[DIM * n + m].v;
+      for (int k = bonds.first[n]; k < bonds.first[n + 1]; k++) {
+        const int j = bonds.partner[k];
+        Lanes inverse_r = PeridemSimd::inverse_root(separation<DIM>(x, j, xn, d)), along = {};
+        for (int m = 0; m < DIM; m++) along += (u[DIM * j + m].v - u[DIM * n + m].v) * d[m];
+        const Lanes q = bonds.strength(k), both = bonds.inverse(k) * inverse_r, s = along * both;
+        sum[n].v += q * s;
+        sum[j].v += q * s;
+        found[k].pull.v = q * both;
+        found[k].stretch.v = s;
+      }
     }
   }
 
@@ -159,6 +193,31 @@ namespace PeridemBatchKernel {
         for (int m = 0; m < DIM; m++) {
           f[m] += t * d[m];
           force[DIM * j + m].v -= t * d[m];
+        }
+      }
+      for (int m = 0; m < DIM; m++) force[DIM * n + m].v = f[m];
+    }
+  }
+
+  // the same without dashpots and tallies, from what the first pass has found
+  template <int DIM>
+  void short_force_pass(const Bonds &bonds, const Pack *x, const Pack *a, const Pack *b,
+                        const Found *found, Pack *force)
+  {
+    for (int n = 0; n < bonds.nodes; n++) {
+      Lanes xn[DIM], f[DIM];
+      for (int m = 0; m < DIM; m++) {
+        xn[m] = x[DIM * n + m].v;
+        f[m] = force[DIM * n + m].v;
+      }
+      const Lanes an = a[n].v, bn = b[n].v;
+      for (int k = bonds.first[n]; k < bonds.first[n + 1]; k++) {
+        const int j = bonds.partner[k];
+        const Lanes t = found[k].pull.v * ((an + a[j].v) + (bn + b[j].v) * found[k].stretch.v);
+        for (int m = 0; m < DIM; m++) {
+          const Lanes part = t * (x[DIM * j + m].v - xn[m]);
+          f[m] += part;
+          force[DIM * j + m].v -= part;
         }
       }
       for (int m = 0; m < DIM; m++) force[DIM * n + m].v = f[m];

@@ -193,7 +193,7 @@ bool PeridemGeneral::drop_bond(int n, int m)
 void PeridemGeneral::first_pass(const double *stiffness, const double *dashpot)
 {
   drop_broken();
-  gather(stiffness, dashpot);
+  gather(stiffness, viscous ? dashpot : nullptr);
   std::fill(sums.begin(), sums.end(), Node());
   if (viscous)
     extend<true>();
@@ -210,7 +210,7 @@ void PeridemGeneral::gather(const double *stiffness, const double *dashpot)
     const int i = members[n];
     const double *const place = atom->x[i], *const speed = atom->v[i];
     x[n] = {{place[0], place[1], place[2], stiffness[i]}};
-    if (viscous) v[n] = {{speed[0], speed[1], speed[2], dashpot[i]}};
+    if (dashpot) v[n] = {{speed[0], speed[1], speed[2], dashpot[i]}};
   }
 }
 
@@ -226,14 +226,14 @@ template <bool VISCOUS> void PeridemGeneral::extend()
   const Node *const speeds = v.data();
   const double *const told = known.data();
   if (!breaks)
-    PeridemGeneralKernel::first_pass<false, false, VISCOUS>(list, x.data(), speeds, told,
-                                                            sums.data(), to_look);
+    PeridemGeneralKernel::first_pass<false, false, VISCOUS, false>(list, x.data(), speeds, told,
+                                                                   sums.data(), to_look);
   else if (both)
-    PeridemGeneralKernel::first_pass<true, true, VISCOUS>(list, x.data(), speeds, told, sums.data(),
-                                                          to_look);
+    PeridemGeneralKernel::first_pass<true, true, VISCOUS, false>(list, x.data(), speeds, told,
+                                                                 sums.data(), to_look);
   else
-    PeridemGeneralKernel::first_pass<true, false, VISCOUS>(list, x.data(), speeds, told,
-                                                           sums.data(), to_look);
+    PeridemGeneralKernel::first_pass<true, false, VISCOUS, false>(list, x.data(), speeds, told,
+                                                                  sums.data(), to_look);
 }
 
 /* ---------------------------------------------------------------------- */
@@ -245,14 +245,31 @@ void PeridemGeneral::each_sum(const std::function<void(int, double)> &tell) cons
 
 /* ---------------------------------------------------------------------- */
 
-void PeridemGeneral::second_pass(const double *pressure)
+void PeridemGeneral::second_pass(const double *pressure, double *f)
 {
   for (std::size_t n = WIDTH; n < members.size(); n++) x[n].v[3] = pressure[members[n]];
   PeridemGeneralKernel::second_pass(
       {rows, first.data(), partner.data(), length.data(), strength.data()}, x.data(), sums.data());
-  double **f = atom->f;
   for (int n = WIDTH; n < WIDTH + rows; n++)
-    for (int m = 0; m < 3; m++) f[members[n]][m] += sums[n].v[m];
+    for (int m = 0; m < 3; m++) f[3 * static_cast<bigint>(members[n]) + m] += sums[n].v[m];
+}
+
+/* ---------------------------------------------------------------------- */
+
+void PeridemGeneral::first_response(const std::vector<double> &u, const double *stiffness)
+{
+  drop_broken();
+  gather(stiffness, nullptr);
+  v.resize(members.size());
+  for (std::size_t n = WIDTH; n < members.size(); n++) {
+    const double *const mine = &u[3 * static_cast<std::size_t>(members[n])];
+    v[n] = {{mine[0], mine[1], mine[2], 0.0}};
+  }
+  std::fill(sums.begin(), sums.end(), Node());
+  PeridemGeneralKernel::first_pass<false, false, false, true>(
+      {rows, first.data(), partner.data(), length.data(), strength.data()}, x.data(), v.data(),
+      nullptr, sums.data(), [](int, std::size_t) {
+      });
 }
 
 // ---- breaking -----------------------------------------------------------------------------------

@@ -51,8 +51,11 @@ class PeridemGeneral : protected Pointers {
   void first_pass(const double *stiffness, const double *dashpot);
   // of each node that is computed here: sum of w v V_i V_j R e over its bonds
   void each_sum(const std::function<void(int, double)> &) const;
-  // add all forces; pressure: of owned and ghost nodes
-  void second_pass(const double *pressure);
+  // add all forces to f, three of each owned node; pressure: of owned and ghost nodes
+  void second_pass(const double *pressure, double *f);
+
+  // the first pass of the linear response to displacements u, three of each owned and ghost node
+  void first_response(const std::vector<double> &u, const double *stiffness);
 
   double memory_usage() const;
 
@@ -75,7 +78,7 @@ class PeridemGeneral : protected Pointers {
   std::vector<int> partner;
   std::vector<double> length, strength;
 
-  // per node; known: no stretch up to this one is news (see look)
+  // per node; v: and displacements; known: no stretch up to this one is news (see look)
   std::vector<PeridemSimd::Node> x, v, sums;
   std::vector<double> known;
   std::vector<int> news;         // nodes that are stretched more than ever, in the present pass

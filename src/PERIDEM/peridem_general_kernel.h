@@ -97,36 +97,37 @@ namespace PeridemGeneralKernel {
     return PeridemSimd::any_above(reached, PeridemSimd::smaller(mine, theirs) * R);
   }
 
-  // x: positions and b; v: velocities and g, with VISCOUS; known: with BREAKS, above which stretch
+  // x: positions and b; v: velocities and g, with VISCOUS; with LINEAR, displacements that bonds are
+  // stretched by instead of by what positions say; known: with BREAKS, above which stretch
   // look(n, k) is to be called for node n and its WIDTH bonds from k on; sums: zero on entry
-  template <bool BREAKS, bool BOTH, bool VISCOUS, class Look>
+  template <bool BREAKS, bool BOTH, bool VISCOUS, bool LINEAR, class Look>
   void first_pass(const Bonds &bonds, const Node *x, const Node *v, const double *known, Node *sums,
                   Look look)
   {
     for (int n = WIDTH; n < WIDTH + bonds.rows; n++) {
       Lanes me[4], my_v[4], mine[4] = {}, part[4];
       spread(x[n], me);
-      if (VISCOUS) spread(v[n], my_v);
+      if (VISCOUS || LINEAR) spread(v[n], my_v);
       Lanes my_known = PeridemSimd::all(BREAKS ? known[n] : 0.0);
       for (auto k = bonds.first[n - WIDTH]; k < bonds.first[n - WIDTH + 1]; k += WIDTH) {
         bonds.ask_for(k);
         const int *const partner = bonds.partner + k;
         const Fan to(x, partner, me);
-        Lanes inverse;
+        Lanes inverse, u[4], rate = {};
         const Lanes r = PeridemSimd::root(to.square, inverse);
         const Lanes R = PeridemSimd::load(bonds.length + k);
-        const Lanes q = PeridemSimd::load(bonds.strength + k), e = r - R;
+        const Lanes q = PeridemSimd::load(bonds.strength + k);
+        if (VISCOUS || LINEAR) {
+          PeridemSimd::load_nodes(v, partner, u);
+          for (int m = 0; m < 3; m++) rate += (u[m] - my_v[m]) * to.d[m];
+        }
+        const Lanes e = LINEAR ? rate * inverse : r - R;
         if (BREAKS && worth_a_look<BOTH>(e, R, my_known, known, partner)) {
           look(n, k);
           my_known = PeridemSimd::all(known[n]);
         }
         Lanes pull = (me[3] + to.d[3]) * e;
-        if (VISCOUS) {
-          Lanes u[4], rate = {};
-          PeridemSimd::load_nodes(v, partner, u);
-          for (int m = 0; m < 3; m++) rate += (u[m] - my_v[m]) * to.d[m];
-          pull += (my_v[3] + u[3]) * rate * inverse;
-        }
+        if (VISCOUS) pull += (my_v[3] + u[3]) * rate * inverse;
         pull *= q * inverse;
         for (int m = 0; m < 3; m++) part[m] = pull * to.d[m];
         part[3] = -q * R * e;

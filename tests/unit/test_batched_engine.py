@@ -301,6 +301,44 @@ def test_a_grain_too_large_for_the_cache_is_left_to_the_general_engine(simulatio
     assert words_for(sim).endswith("1 one by one: 1 with more than 4000 nodes")
 
 
+def test_grains_of_more_bonds_than_the_cache_holds(simulation, rng):
+    """4096 bonds of what the first pass finds are kept for the second, more are found again."""
+    solid = SOLIDS["3D"]
+    model = ragged(rng, (9, 8, 7))
+    parts = [
+        cloud(model.reference + np.array([12.0 * k, 0, 0]), model.volume, k + 1, model.density)
+        for k in range(3)
+    ]
+    one = join(*parts, margin=10.0)
+    moved = one.moved(deformed(rng, one, 0.05, 3))
+    pair = [started(simulation, moved, engine, solid) for engine in ("batched", "general")]
+    assert pair[0].compute("node")[:, BONDS].sum() / 2 > 3 * 4096
+    assert_equal_state(*pair)
+
+
+RIGID = "comm_modify cutoff 5.0\ngroup block molecule 3\nfix rigid block rigid/small molecule"
+
+
+@pytest.mark.parametrize("more", ["", RIGID])
+@pytest.mark.parametrize("scales", SCALES)
+@pytest.mark.parametrize("name", SOLIDS)
+def test_the_largest_frequency_is_that_of_the_general_engine(name, scales, more, simulation, rng):
+    """By batches, the general engine's list and, for rigid grains, the rows: one answer.
+
+    One method from one start, to rounding: a hundred products with the stiffness, and the last
+    digits of their sums, make 1e-13 of it.
+    """
+    solid = SOLIDS[name]
+    one = grains(rng, solid.dimension, count=21, scales=SCALES[scales])
+    moved = one.moved(deformed(rng, one, 0.02, solid.dimension))
+    steps = []
+    for engine in ("batched", "general"):
+        sim = started(simulation, moved, engine, solid, f"{more}\ncompute step all peridem/dt")
+        steps.append(sim.lmp.extract_compute("step", 0, 0))
+    assert 0.0 < steps[0] < np.inf
+    assert steps[0] == pytest.approx(steps[1], rel=1e-11)
+
+
 def test_nodes_out_of_the_plane(simulation, rng):
     """A data file cannot hold them in 2D, a program that sets positions can."""
     one = grains(rng, 2, count=3, shapes=1)
