@@ -41,8 +41,8 @@ static constexpr int NWEAKEST =
 
 /* ---------------------------------------------------------------------- */
 
-PeridemAdaptTable::PeridemAdaptTable(LAMMPS *lmp, int group, const PeridemAdaptOptions &words) :
-    Pointers(lmp), igroup(group), groupbit(lmp->group->bitmask[group]), options(words)
+PeridemAdaptTable::PeridemAdaptTable(LAMMPS *lmp, int which, const PeridemAdaptOptions &words) :
+    Pointers(lmp), igroup(which), groupbit(lmp->group->bitmask[which]), options(words)
 {
   first.assign(2, 0);
 }

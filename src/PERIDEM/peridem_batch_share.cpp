@@ -16,6 +16,7 @@
 #include "peridem_batch_share.h"
 
 #include "fix_peridem_bonds.h"
+#include "peridem_messages.h"
 
 #include "atom.h"
 #include "comm.h"
@@ -35,22 +36,14 @@ static constexpr int PLACES = 6021, RESULTS_BACK = 6022;    // tags of messages
 
 PeridemBatchShare::Lists PeridemBatchShare::exchange(const Lists &outgoing) const
 {
-  const int nprocs = comm->nprocs;
-  std::vector<int> nsend(nprocs), nrecv(nprocs), sendat(nprocs, 0), recvat(nprocs, 0);
-  for (int p = 0; p < nprocs; p++) nsend[p] = static_cast<int>(outgoing[p].size());
-  MPI_Alltoall(nsend.data(), 1, MPI_INT, nrecv.data(), 1, MPI_INT, world);
-  for (int p = 1; p < nprocs; p++) {
-    sendat[p] = sendat[p - 1] + nsend[p - 1];
-    recvat[p] = recvat[p - 1] + nrecv[p - 1];
+  std::vector<int> count;
+  const auto received = PeridemMessages::exchange(world, outgoing, count);
+  Lists incoming;
+  auto at = received.begin();
+  for (const int n : count) {
+    incoming.emplace_back(at, at + n);
+    at += n;
   }
-  std::vector<double> send, recv(recvat.back() + nrecv.back());
-  send.reserve(sendat.back() + nsend.back());
-  for (const auto &part : outgoing) send.insert(send.end(), part.begin(), part.end());
-  MPI_Alltoallv(send.data(), nsend.data(), sendat.data(), MPI_DOUBLE, recv.data(), nrecv.data(),
-                recvat.data(), MPI_DOUBLE, world);
-  Lists incoming(nprocs);
-  for (int p = 0; p < nprocs; p++)
-    incoming[p].assign(recv.begin() + recvat[p], recv.begin() + recvat[p] + nrecv[p]);
   return incoming;
 }
 
@@ -251,8 +244,7 @@ void PeridemBatchShare::send_places(double **x, double **v)
 
 void PeridemBatchShare::receive_places()
 {
-  MPI_Waitall(static_cast<int>(requests.size()), requests.data(), MPI_STATUSES_IGNORE);
-  requests.clear();
+  PeridemMessages::wait_for(requests);
   for (const auto &peer : lenders)
     for (std::size_t m = 0; m < peer.nodes.size(); m++)
       std::copy_n(&peer.buffer[width * m], width, &places[width * peer.nodes[m]]);
@@ -283,8 +275,7 @@ void PeridemBatchShare::send_results()
 
 void PeridemBatchShare::receive_results(const std::function<void(int, const double *)> &take)
 {
-  MPI_Waitall(static_cast<int>(requests.size()), requests.data(), MPI_STATUSES_IGNORE);
-  requests.clear();
+  PeridemMessages::wait_for(requests);
   for (const auto &peer : borrowers)
     for (std::size_t m = 0; m < peer.nodes.size(); m++)
       take(peer.nodes[m], &peer.answers[RESULTS * m]);

@@ -139,7 +139,7 @@ double PeridemBondWatch::longest_bond(const PeridemRows &rows)
         least_j = rows.partner[k];
       }
     }
-  const double mine[2] = {std::sqrt(rsqmax), -std::sqrt(least)};
+  double mine[2] = {std::sqrt(rsqmax), -std::sqrt(least)};
   double all[2];
   MPI_Allreduce(mine, all, 2, MPI_DOUBLE, MPI_MAX, world);
   if (-all[1] < CRUSHED && !said_compressed)

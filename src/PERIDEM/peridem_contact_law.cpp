@@ -248,8 +248,8 @@ double PeridemContactLaw::impact_force(double elastic, double k, double approach
   // slowly: what counts is the speed that its energy would give them. In a collision it holds less.
   const double pressed = elastic * std::sqrt(mobility / k);
   // bodies part no faster than a collision lets them: what parts faster has other reasons
-  const double ratio = approach / (peak > pressed ? peak : pressed);
-  double force = elastic * impact * (ratio > -restitution ? ratio : -restitution);
+  const double speed = approach / (peak > pressed ? peak : pressed);
+  double force = elastic * impact * (speed > -restitution ? speed : -restitution);
   // never more than slows the two bodies down within several steps
   const double most = std::fabs(approach) / (mobility * IMPACT_STEPS * dt);
   if (force > most) force = most;

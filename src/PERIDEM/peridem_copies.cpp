@@ -111,6 +111,26 @@ static int longest_gap(std::uint64_t occupied)
 }
 
 /* ----------------------------------------------------------------------
+   the MPI that LAMMPS brings for serial builds knows neither these numbers nor MPI_BOR
+------------------------------------------------------------------------- */
+
+static void unite(void *from, void *into, int *n, MPI_Datatype *)
+{
+  const auto *const these = static_cast<const std::uint64_t *>(from);
+  auto *const those = static_cast<std::uint64_t *>(into);
+  for (int k = 0; k < *n; k++) those[k] |= these[k];
+}
+
+static void unite_over_ranks(std::vector<std::uint64_t> &bits, MPI_Comm world)
+{
+  static_assert(sizeof(long long) == sizeof(std::uint64_t), "they travel as the former");
+  MPI_Op op;
+  MPI_Op_create(unite, 1, &op);
+  MPI_Allreduce(MPI_IN_PLACE, bits.data(), static_cast<int>(bits.size()), MPI_LONG_LONG, op, world);
+  MPI_Op_free(&op);
+}
+
+/* ----------------------------------------------------------------------
    A grain in one piece is widest open where the boundary closes it. One in two halves is wider open
    somewhere between them.
 ------------------------------------------------------------------------- */
@@ -135,7 +155,7 @@ void PeridemCopies::find_split_grains(tagint maxmol)
       ends[2 * node.molecule] = MAX(ends[2 * node.molecule], -place);
       ends[2 * node.molecule + 1] = MAX(ends[2 * node.molecule + 1], place);
     }
-    MPI_Allreduce(MPI_IN_PLACE, occupied.data(), static_cast<int>(n), MPI_UINT64_T, MPI_BOR, world);
+    unite_over_ranks(occupied, world);
     MPI_Allreduce(MPI_IN_PLACE, ends.data(), static_cast<int>(2 * n), MPI_DOUBLE, MPI_MAX, world);
     for (std::size_t mol = 1; mol < n && !split_grain; mol++) {
       if (!occupied[mol]) continue;

@@ -56,6 +56,12 @@ struct PeridemFamilies::Node {
   double owner, local;
 };
 
+// those that the horizon of a node reaches, and the one that it is in
+struct PeridemFamilies::Blocks {
+  double first[3]{}, last[3]{}, home[3]{};
+  bool near_box{true};    // could a node in the box be its partner?
+};
+
 /* ---------------------------------------------------------------------- */
 
 PeridemFamilies::PeridemFamilies(LAMMPS *lmp, MaterialOf _material, const PeridemCuts &_cuts,
@@ -147,11 +153,8 @@ std::vector<std::vector<double>> PeridemFamilies::send_nodes(const std::vector<i
 
 void PeridemFamilies::send_images(int i, std::vector<std::vector<double>> &outgoing) const
 {
-  const double *const lo = domain->triclinic ? domain->boxlo_bound : domain->boxlo;
-  const double *const hi = domain->triclinic ? domain->boxhi_bound : domain->boxhi;
   const int dim = domain->dimension;
   const int px = domain->xperiodic, py = domain->yperiodic, pz = dim == 3 ? domain->zperiodic : 0;
-  const double edge = BLOCK * reach;
   const double *const X = atom->x0[i], *const x = atom->x[i];
 
   Node node{static_cast<double>(atom->tag[i]),
@@ -168,39 +171,55 @@ void PeridemFamilies::send_images(int i, std::vector<std::vector<double>> &outgo
   for (int iz = -pz; iz <= pz; iz++)
     for (int iy = -py; iy <= py; iy++)
       for (int ix = -px; ix <= px; ix++) {
-        const bool image = ix || iy || iz;
         node.shift[0] = ix * domain->xprd + iy * domain->xy + iz * domain->xz;
         node.shift[1] = iy * domain->yprd + iz * domain->yz;
         node.shift[2] = iz * domain->zprd;
-
-        double begin[3] = {0.0, 0.0, 0.0}, end[3] = {0.0, 0.0, 0.0}, own[3] = {0.0, 0.0, 0.0};
-        bool near_box = true;
-        for (int k = 0; k < dim; k++) {
-          const double P = X[k] + node.shift[k];
-          if (std::fabs(P) > COUNTABLE * edge)
-            error->one(
-                FLERR,
-                "Node {} of grain {} is at {:.6g}, too far away to be counted in horizons of "
-                "{:.6g}: is that the right unit of length?",
-                atom->tag[i], atom->molecule[i], P, reach);
-          if (P < lo[k] - reach || P > hi[k] + reach) near_box = false;
-          begin[k] = std::floor((P - reach) / edge);
-          end[k] = std::floor((P + reach) / edge);
-          own[k] = std::floor(P / edge);
-        }
-        if (image && !near_box) continue;
-        for (double bz = begin[2]; bz <= end[2]; bz++)
-          for (double by = begin[1]; by <= end[1]; by++)
-            for (double bx = begin[0]; bx <= end[0]; bx++) {
-              node.block[0] = bx;
-              node.block[1] = by;
-              node.block[2] = bz;
-              node.home = !image && bx == own[0] && by == own[1] && bz == own[2];
-              auto &out = outgoing[rank_of_block(atom->molecule[i], node.block)];
-              const auto *const raw = reinterpret_cast<const double *>(&node);
-              out.insert(out.end(), raw, raw + sizeof(Node) / sizeof(double));
-            }
+        send_image(node, ix || iy || iz, outgoing);
       }
+}
+
+/* ---------------------------------------------------------------------- */
+
+void PeridemFamilies::send_image(Node &node, bool image,
+                                 std::vector<std::vector<double>> &outgoing) const
+{
+  const Blocks blocks = blocks_of(node);
+  if (image && !blocks.near_box) return;
+  const auto mol = static_cast<tagint>(node.mol);
+  for (double bz = blocks.first[2]; bz <= blocks.last[2]; bz++)
+    for (double by = blocks.first[1]; by <= blocks.last[1]; by++)
+      for (double bx = blocks.first[0]; bx <= blocks.last[0]; bx++) {
+        node.block[0] = bx;
+        node.block[1] = by;
+        node.block[2] = bz;
+        node.home = !image && bx == blocks.home[0] && by == blocks.home[1] && bz == blocks.home[2];
+        auto &out = outgoing[rank_of_block(mol, node.block)];
+        const auto *const raw = reinterpret_cast<const double *>(&node);
+        out.insert(out.end(), raw, raw + sizeof(Node) / sizeof(double));
+      }
+}
+
+/* ---------------------------------------------------------------------- */
+
+PeridemFamilies::Blocks PeridemFamilies::blocks_of(const Node &node) const
+{
+  const double *const lo = domain->triclinic ? domain->boxlo_bound : domain->boxlo;
+  const double *const hi = domain->triclinic ? domain->boxhi_bound : domain->boxhi;
+  const double edge = BLOCK * reach;
+  Blocks blocks;
+  for (int k = 0; k < domain->dimension; k++) {
+    const double P = node.X[k] + node.shift[k];
+    if (std::fabs(P) > COUNTABLE * edge)
+      error->one(FLERR,
+                 "Node {} of grain {} is at {:.6g}, too far away to be counted in horizons of "
+                 "{:.6g}: is that the right unit of length?",
+                 static_cast<tagint>(node.tag), static_cast<tagint>(node.mol), P, reach);
+    if (P < lo[k] - reach || P > hi[k] + reach) blocks.near_box = false;
+    blocks.first[k] = std::floor((P - reach) / edge);
+    blocks.last[k] = std::floor((P + reach) / edge);
+    blocks.home[k] = std::floor(P / edge);
+  }
+  return blocks;
 }
 
 /* ---------------------------------------------------------------------- */

@@ -57,6 +57,7 @@ class PeridemFamilies : protected Pointers {
 
  private:
   struct Node;
+  struct Blocks;
   using Row = std::vector<std::pair<Bond, const Node *>>;
   MaterialOf material;
   const PeridemCuts &cuts;
@@ -66,6 +67,8 @@ class PeridemFamilies : protected Pointers {
   void check_ids() const;
   std::vector<std::vector<double>> send_nodes(const std::vector<int> &) const;
   void send_images(int i, std::vector<std::vector<double>> &) const;
+  void send_image(Node &, bool image, std::vector<std::vector<double>> &) const;
+  Blocks blocks_of(const Node &) const;
   double cell_size(const PeridemMaterial &, const Node &, const Node &) const;
   double volume_and_influence(const PeridemMaterial &, const Node &, const Node &, double R) const;
   void find_partners(const Node &, const Node *first, const PeridemCells &, Row &) const;

@@ -50,6 +50,13 @@ namespace PeridemMessages {
     return at;
   }
 
+  // until all have come and gone; the MPI of serial builds has no name for statuses to ignore
+  inline void wait_for(std::vector<MPI_Request> &requests)
+  {
+    for (auto &request : requests) MPI_Wait(&request, MPI_STATUS_IGNORE);
+    requests.clear();
+  }
+
   // the lists of all ranks, one after the other
   template <class T> std::vector<T> gather(MPI_Comm world, std::vector<T> list)
   {
@@ -66,13 +73,16 @@ namespace PeridemMessages {
     return all;
   }
 
-  // outgoing[p] goes to rank p; returns what the ranks have sent here, one after the other
+  // outgoing[p] goes to rank p; returns what the ranks have sent here, one after the other, and how
+  // many by each
   template <class T>
-  std::vector<T> exchange(MPI_Comm world, const std::vector<std::vector<T>> &outgoing)
+  std::vector<T> exchange(MPI_Comm world, const std::vector<std::vector<T>> &outgoing,
+                          std::vector<int> &nrecv)
   {
     const int nprocs = static_cast<int>(outgoing.size());
+    nrecv.assign(nprocs, static_cast<int>(outgoing[0].size()));
     if (nprocs == 1) return outgoing[0];
-    std::vector<int> nsend(nprocs), nrecv(nprocs);
+    std::vector<int> nsend(nprocs);
     for (int p = 0; p < nprocs; p++) nsend[p] = static_cast<int>(outgoing[p].size());
     MPI_Alltoall(nsend.data(), 1, MPI_INT, nrecv.data(), 1, MPI_INT, world);
     auto sendat = starts(nsend), recvat = starts(nrecv);
@@ -83,6 +93,13 @@ namespace PeridemMessages {
     MPI_Alltoallv(send.data(), nsend.data(), sendat.data(), type, recv.data(), nrecv.data(),
                   recvat.data(), type, world);
     return recv;
+  }
+
+  template <class T>
+  std::vector<T> exchange(MPI_Comm world, const std::vector<std::vector<T>> &outgoing)
+  {
+    std::vector<int> nrecv;
+    return exchange(world, outgoing, nrecv);
   }
 
 }    // namespace PeridemMessages

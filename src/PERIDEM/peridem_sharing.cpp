@@ -96,7 +96,7 @@ void PeridemSharing::swap_parts(const std::vector<double> &data, int width)
     MPI_Isend(peer.ours.data(), static_cast<int>(peer.ours.size()), MPI_DOUBLE, peer.rank, PARTS,
               world, &requests.back());
   }
-  MPI_Waitall(static_cast<int>(requests.size()), requests.data(), MPI_STATUSES_IGNORE);
+  PeridemMessages::wait_for(requests);
 }
 
 /* ----------------------------------------------------------------------

@@ -58,6 +58,34 @@ def test_cpp_says_whose_it_is():
         assert "GNU General Public License" in head, path
 
 
+SCREEN = 50  # lines
+
+
+def long_functions(text: str) -> list[str]:
+    """What is longer than a screen, by the line that opens it, in a file that is formatted: what
+    opens with a brace at the end of a line closes with one at the same depth."""
+    lines = text.splitlines()
+    found = []
+    for k, line in enumerate(lines):
+        opens = re.match(r"( *)(?:\{|\S.*\).*\{)$", line)
+        if not opens or re.match(
+            r" *(?:\} else|for|if|switch|while|namespace|class|struct)\b", line
+        ):
+            continue
+        last = next(n for n in range(k, len(lines)) if lines[n].startswith(opens[1] + "}"))
+        if last - k + 1 > SCREEN:
+            found.append(f"{lines[k - 1]} {line} ({last - k + 1} lines)")
+    return found
+
+
+def test_no_cpp_function_is_longer_than_a_screen():
+    short, long = ("\n".join(["void f()", "{", *["  x++;"] * n, "}"]) for n in (48, 49))
+    assert not long_functions(short) and len(long_functions(long)) == 1
+    for path in sources():
+        if path.name != "pair_peridem_contact.cpp":  # which has one of 58
+            assert not long_functions(path.read_text()), path
+
+
 def test_the_citation_names_the_software_and_its_paper():
     """Fields that the Citation File Format 1.2.0 demands, and the numbers that must agree."""
     cff = yaml.safe_load((ROOT / "CITATION.cff").read_text())

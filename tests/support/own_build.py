@@ -29,24 +29,24 @@ def run_checked(command: list[str | Path], cwd: Path, what: str) -> str:
     return done.stdout
 
 
-def _tree(version: str) -> Path:
+def tree(version: str) -> Path:
     """A LAMMPS tree of that version, fetched once and kept in build/."""
-    tree = BUILD / ("lammps-src" if version == "4Jul2026" else f"lammps-{version}")
-    fetch = [REPOSITORY / "cmake" / "fetch-lammps.sh", tree, version]
+    folder = BUILD / ("lammps-src" if version == "4Jul2026" else f"lammps-{version}")
+    fetch = [REPOSITORY / "cmake" / "fetch-lammps.sh", folder, version]
     done = subprocess.run(list(map(str, fetch)), text=True, capture_output=True)
     if done.returncode:
         reason = f"LAMMPS {version} is not here and could not be fetched:\n{done.stderr}"
         if os.environ.get("PERIDEM_TESTS_MUST_RUN"):
             pytest.fail(reason, pytrace=False)
         pytest.skip(reason)
-    return tree
+    return folder
 
 
 def built(version: str) -> Path:
     """The lmp that an own build of that version makes; built again only where sources changed."""
     folder = BUILD / f"own-{version}"
     configure: list[str | Path] = [
-        "cmake", "-S", _tree(version) / "cmake", "-B", folder,
+        "cmake", "-S", tree(version) / "cmake", "-B", folder,
         "-D", f"CMAKE_PROJECT_lammps_INCLUDE={INJECT}",
         "-D", "PERIDEM_PCH=on", "-D", "BUILD_MPI=on", "-D", "BUILD_SHARED_LIBS=on",
         "-D", "CMAKE_BUILD_TYPE=Release", "-D", "PKG_RIGID=on",
