@@ -55,9 +55,10 @@ function(peridem_add_sources target)
   endif()
   target_sources(${target} PRIVATE ${sources})
   target_include_directories(${target} PRIVATE "${PERIDEM_SRC}")
-  # -O3 and three value-safe options that let a loop with a square root and a select be vectorised
+  # -O3; three value-safe options that let a loop with a square root and a select be vectorised; and one
+  # that lets functions of a shared library be inlined, as if nobody replaced them from outside
   include(CheckCXXCompilerFlag)
-  set(wanted -O3 -fopenmp-simd -fno-math-errno -fno-trapping-math)
+  set(wanted -O3 -fopenmp-simd -fno-math-errno -fno-trapping-math -fno-semantic-interposition)
   if(PERIDEM_NATIVE)
     list(APPEND wanted -march=native)
   endif()

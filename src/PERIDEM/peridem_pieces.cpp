@@ -70,8 +70,10 @@ void PeridemPieces::label(const int *begin, const int *end)
   for (const int *n = begin; n < end; n++) above[*n] = *n;
   for (const int *n = begin; n < end; n++)
     for_partners(*n, [&](int k) {
+      if (k < *n) return;    // bonds of two owned nodes are listed at both
       const int j = owned(k);
       if (j < 0) return;
+      if (above[j] == above[*n]) return;
       const int a = root(*n), b = root(j);
       above[tag[a] < tag[b] ? b : a] = tag[a] < tag[b] ? a : b;
     });
