@@ -31,6 +31,7 @@ examples:
   peridem run in.grains -np 2         an input script, on two processes
   peridem run scene.py                a scene: what make_scene() returns, run in out/scene
   peridem run deck.yaml -o out/small --as-published
+  peridem run deck2.yaml --after out/deck        a second stage, from where out/deck has ended
   peridem run in.grains --lmp lmp --var name value --quiet
   peridem run in.grains --checkpoint 1000
   mpirun -np 2 peridem run in.grains --in-process
@@ -45,6 +46,7 @@ CONVERT = """\
 examples:
   peridem convert deck.yaml -o out/deck
   peridem convert deck.yaml -o out/asis --as-published
+  peridem convert deck2.yaml --after out/deck    a second stage: its grains as out/deck left them
   peridem convert scene.py -o out/scene
 """
 MESH = """\
@@ -141,6 +143,7 @@ def _add_run(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> N
     run.add_argument("-np", "--ranks", type=int, default=1, help="MPI processes (1)")
     run.add_argument("-o", "--output", type=Path, help="folder for a scene or deck (out/NAME)")
     run.add_argument("--as-published", action="store_true", help="a deck as PeriDEM computes it")
+    _add_after(run)
     run.add_argument("--resume", action="store_true", help="go on from the newest restart file")
     run.add_argument("--checkpoint", type=int, metavar="N", help="steps between restart files")
     run.add_argument("--lmp", type=Path, help="the lmp program")
@@ -162,7 +165,17 @@ def _add_convert(commands: argparse._SubParsersAction[argparse.ArgumentParser]) 
     convert.add_argument("path", type=Path, help="a deck (.yaml) or a scene (.py)")
     convert.add_argument("-o", "--output", type=Path, help="folder (out/NAME)")
     convert.add_argument("--as-published", action="store_true", help="as PeriDEM computes it")
+    _add_after(convert)
     convert.set_defaults(work=_at_once(_convert))
+
+
+def _add_after(command: argparse.ArgumentParser) -> None:
+    command.add_argument(
+        "--after",
+        type=Path,
+        metavar="FOLDER",
+        help="begin a deck or scene where the run in FOLDER has ended",
+    )
 
 
 def _add_mesh(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
@@ -249,7 +262,7 @@ def _run(options: argparse.Namespace) -> int:
     from peridem import cli_source, run
 
     script, said = cli_source.script_of(
-        options.path, options.output, options.as_published, keep=options.resume
+        options.path, options.output, options.as_published, options.resume, options.after
     )
     for line in said:
         print(line, file=sys.stderr)
@@ -280,7 +293,7 @@ def _convert(options: argparse.Namespace) -> int:
     from peridem import cli_source
 
     folder = cli_source.folder_of(options.path, options.output)
-    script, said = cli_source.convert(options.path, folder, options.as_published)
+    script, said = cli_source.convert(options.path, folder, options.as_published, options.after)
     for line in said:
         print(line, file=sys.stderr)
     print(f"written to {script}; run it with: peridem run {folder}")

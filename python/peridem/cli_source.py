@@ -24,7 +24,11 @@ def folder_of(path: Path, output: Path | None) -> Path:
 
 
 def script_of(
-    path: Path, output: Path | None, as_published: bool, keep: bool = False
+    path: Path,
+    output: Path | None,
+    as_published: bool,
+    keep: bool = False,
+    after: Path | None = None,
 ) -> tuple[Path, list[str]]:
     """The input script of whatever is given, and what is to be said about it.
 
@@ -33,6 +37,7 @@ def script_of(
         output: folder for what is made of a scene or deck.
         as_published: read a deck as PeriDEM computes it.
         keep: use the script that is in the folder already.
+        after: folder of the run that a scene or deck goes on from.
 
     Raises:
         FileNotFoundError, ValueError: there is none, or it cannot be read.
@@ -42,30 +47,45 @@ def script_of(
             raise ValueError(f"{path}: only a deck (.yaml) can be read as published")
         if output is not None:
             raise ValueError(f"{path}: a script runs in its own folder, -o is for scenes and decks")
+        if after is not None:
+            raise ValueError(
+                f"{path}: a script says itself what it begins with, --after is for scenes and decks"
+            )
         return find_script(path), []
     folder = folder_of(path, output)
     if keep:
         return find_script(folder), []
-    return convert(path, folder, as_published)
+    return convert(path, folder, as_published, after)
 
 
-def convert(path: Path, folder: Path, as_published: bool = False) -> tuple[Path, list[str]]:
+def convert(
+    path: Path, folder: Path, as_published: bool = False, after: Path | None = None
+) -> tuple[Path, list[str]]:
     """Write the input script and data file of a scene or deck into a folder.
+
+    Args:
+        path: a scene (.py) or a deck (.yaml).
+        folder: to write to.
+        as_published: read a deck as PeriDEM computes it.
+        after: folder of the run that it goes on from.
 
     Returns:
         The path of the script, and the report on a deck, line by line.
     """
     if not path.is_file():
         raise FileNotFoundError(f"no file {path}")
+    if after is not None and after.resolve() == folder.resolve():
+        raise ValueError(f"{folder} holds the run to go on from: say another folder with -o")
     report: list[str] = []
     if path.suffix == ".py":
         if as_published:
             raise ValueError(f"{path}: only a deck (.yaml) can be read as published")
         scene = load_scene(path)
+        scene = scene if after is None else scene.after(after)
     elif is_source(path):
         from peridem import deck
 
-        read = deck.load(path, as_published=as_published)
+        read = deck.load(path, as_published=as_published, after=after)
         scene, report = read.scene, list(read.report)
     else:
         raise ValueError(f"{path}: a scene (.py) or a deck (.yaml) needed")

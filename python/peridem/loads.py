@@ -116,8 +116,12 @@ class Motion:
         """Whether it is a constant velocity, which needs no constant time step."""
         return bool(self.velocity)
 
-    def commands(self, dimension: int) -> list[str]:
+    def commands(self, dimension: int, mover: str) -> list[str]:
         """The lines of the script that set it in motion (its group is there already).
+
+        Args:
+            dimension: 2 or 3.
+            mover: ID of its ``fix move``, if it has one.
 
         A constant velocity is that of nodes without force. The others need ``fix move``, and the
         force on the nodes is taken away as well so that it is known.
@@ -136,12 +140,12 @@ class Motion:
             point = numbers(self.rotation.point)
             move = f"rotate {point} {numbers(axis)} {period:.17g}"
             return [
-                f"fix {self.name}_move {self.name} move {move}",
+                f"fix {mover} {self.name} move {move}",
                 f"fix {self.name} {self.name} setforce 0 0 0",
             ]
-        return self._following(dimension)
+        return self._following(dimension, mover)
 
-    def _following(self, dimension: int) -> list[str]:
+    def _following(self, dimension: int, mover: str) -> list[str]:
         lines, words, zero = [], [], []
         for kind, formulas in (("by", self.displacement), ("at", self.rate)):
             for axis, formula in zip("xyz", (*formulas, "0", "0"), strict=False):
@@ -159,7 +163,7 @@ class Motion:
             lines = [line for line in lines if not re.search(r"_(by|at)_z ", line)]
         return [
             *lines,
-            f"fix {self.name}_move {self.name} move variable {' '.join(words)}",
+            f"fix {mover} {self.name} move variable {' '.join(words)}",
             f"fix {self.name} {self.name} setforce {' '.join(zero)}",
         ]
 

@@ -51,6 +51,19 @@ class Rotation:
         """Point and axis, as ``region ... rotate`` and ``fix move rotate`` take them."""
         return f"{numbers(self.point)} {numbers(self.axis)}"
 
+    def before(self, points: Array) -> Array:
+        """Points, (n, d), before they had turned by ``turned``."""
+        if not self.turned:
+            return points
+        from scipy.spatial.transform import Rotation as Turn
+
+        d = points.shape[1]
+        centre = np.array((*self.point, 0.0)[:3])
+        axis = np.array(self.axis) / np.linalg.norm(self.axis)
+        arms = np.pad(points, ((0, 0), (0, 3 - d))) - centre
+        back = Turn.from_rotvec(-self.turned * axis).apply(arms) + centre
+        return np.asarray(back[:, :d])
+
 
 class Region:
     """A region; ``inside`` says on which of its sides it lies."""

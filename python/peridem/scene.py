@@ -14,7 +14,7 @@ from __future__ import annotations
 import json
 import math
 import shutil
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
@@ -125,6 +125,7 @@ class Scene:
         rest: a speed, root mean square of all nodes, below which the run ends early (not in the
             first tenth of its duration); None: it does not.
         notes: lines for the head of the script.
+        source: what it was made from, kept in ``scene.json``; of a deck, its particles.
         begin: the state that it begins with, made by :meth:`after`; None: that of its grains.
     """
 
@@ -157,6 +158,7 @@ class Scene:
     adapt: str | None = None
     rest: float | None = None
     notes: Sequence[str] = ()
+    source: Mapping[str, Any] = field(default_factory=dict)
     begin: Beginning | None = None
     dimension: int = field(init=False)
     materials: list[AnyMaterial] = field(init=False)
@@ -457,13 +459,21 @@ class Scene:
 
     # ---- stages ----------------------------------------------------------------------------------
 
-    def after(self, path: str | Path, **changes: Any) -> Scene:
+    def after(
+        self,
+        path: str | Path,
+        put: Collection[str] = (),
+        bodies: Mapping[int, Sequence[float]] | None = None,
+        **changes: Any,
+    ) -> Scene:
         """The scene that begins with the state in which the run of this one has ended.
 
         Args:
             path: the folder of that run, or a restart file in it.
+            put: names of walls that start at their points; the others go on from where they are.
+            bodies: grains without bonds (:class:`peridem.material.Inert`) that are put elsewhere:
+                their numbers from 1, and the displacement from their reference positions, (d,).
             changes: attributes that are other ones from now on: title, duration, walls, ...
-                Walls of the same names go on from where they are.
 
         Raises:
             FileNotFoundError: there is no restart file.
@@ -471,7 +481,7 @@ class Scene:
         """
         from peridem.stages import after
 
-        return after(self, path, **changes)
+        return after(self, path, put, bodies, **changes)
 
     # ---- files -----------------------------------------------------------------------------------
 
@@ -489,10 +499,14 @@ class Scene:
         """
         script = self.script()
         folder = Path(folder)
+        begin = self.begin.restart if self.begin is not None else None
+        new = begin is not None and begin != (folder / START).resolve()
+        if new and begin is not None and begin.parent == folder.resolve():
+            raise ValueError(f"{folder}: the scene begins with the run there: another one needed")
         folder.mkdir(parents=True, exist_ok=True)
         (folder / DATA).write_text(self.data())
-        if self.begin is not None and self.begin.restart != (folder / START).resolve():
-            shutil.copyfile(self.begin.restart, folder / START)
+        if new and begin is not None:
+            shutil.copyfile(begin, folder / START)
         (folder / SCRIPT).write_text(script)
         self._write_mesh(folder / MESH)
         (folder / SUMMARY).write_text(json.dumps(self._summary(), indent=1) + "\n")
@@ -589,6 +603,12 @@ class Scene:
         """How far a wall is from its point at the start, (d,)."""
         return np.zeros(self.dimension) if self.begin is None else self.begin.shift(wall)
 
+    def _said(self, wall: Wall) -> Wall:
+        """As the script has it."""
+        said = wall if self.begin is None else self.begin.said(wall)
+        assert isinstance(said, Wall)
+        return said
+
     def _summary(self) -> dict[str, object]:
         stretches = [
             math.inf if isinstance(m, Inert) else m.critical_stretch(self.dimension)
@@ -596,6 +616,7 @@ class Scene:
         ]
         return {
             "title": self.title,
+            "source": dict(self.source),
             "dimension": self.dimension,
             "contact_radius": self.contact_radius,
             "sides": sides(self),
@@ -612,6 +633,7 @@ class Scene:
                     "name": wall.name,
                     "point": (np.array(wall.point) + self.shift_of(wall)).tolist(),
                     "origin": list(wall.point),
+                    "said": list(self._said(wall).point),
                     "normal": wall.unit_normal.tolist(),
                     "velocity": list(wall.velocity),
                 }

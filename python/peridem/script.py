@@ -16,7 +16,7 @@ from peridem import __version__
 from peridem.loads import NODE_VALUES, Nodes, ranges
 from peridem.material import AnyMaterial, Contact, Inert, bulk_of
 from peridem.regions import numbers
-from peridem.stages import START, Beginning, box_changes
+from peridem.stages import START, Beginning, changes_at_start, emptied
 from peridem.walls import AnyWall, RegionWall, Wall, group_of
 
 if TYPE_CHECKING:
@@ -41,7 +41,7 @@ def script(scene: Scene) -> str:
         _bonds(scene),
         _walls(scene),
         _loads(scene),
-        [*_motion(scene), *box_changes(scene)],
+        [*_motion(scene), *changes_at_start(scene)],
         _output(scene, frame, record),
         _run(scene, total, frame),
     ]
@@ -95,13 +95,6 @@ def _state(scene: Scene, begin: Beginning) -> list[str]:
         "# contacts remember; coefficients and fixes are said again, and may be other ones",
         f"read_restart    {START}",
     ]
-
-
-def _emptied(scene: Scene, name: str) -> list[str]:
-    """What makes a group empty, if the restart file may hold one of this name."""
-    if scene.begin is None:
-        return []
-    return [f"group           {name} empty", f"group           {name} clear"]
 
 
 # ---- what grains are made of ---------------------------------------------------------------------
@@ -189,7 +182,7 @@ def _contact(scene: Scene) -> list[str]:
     bodies = [k for k, m in enumerate(scene.materials, 1) if isinstance(m, Inert)]
     if bodies:
         lines += [
-            *_emptied(scene, "bodies"),
+            *emptied(scene, "bodies"),
             f"group           bodies type {' '.join(ranges(np.array(bodies)))}",
             "neigh_modify    exclude group bodies bodies   # bodies do not touch each other",
         ]
@@ -235,7 +228,7 @@ def _bonds(scene: Scene) -> list[str]:
 
 def _group(scene: Scene, name: str, nodes: Nodes) -> list[str]:
     """The commands that make a group: of whole grains, or by the numbers of their nodes."""
-    empty = _emptied(scene, name)
+    empty = emptied(scene, name)
     if nodes.inside is None and nodes.grains is not None:
         words, kind = ranges(np.array(nodes.grains)), "molecule"
     elif nodes.inside is None:
@@ -263,7 +256,8 @@ def _walls(scene: Scene) -> list[str]:
     for wall in scene.walls:
         if wall.nodes is not None:
             lines += _group(scene, group_of(wall), wall.nodes)
-        lines += wall.commands(_wall_contact(scene, wall.contact))
+        said = wall if scene.begin is None else scene.begin.said(wall)
+        lines += said.commands(_wall_contact(scene, wall.contact))
     return lines
 
 
@@ -284,7 +278,7 @@ def _loads(scene: Scene) -> list[str]:
         group = "all"
         if any(isinstance(m, Inert) for m in scene.materials):
             group = "heavy"
-            lines += [*_emptied(scene, "heavy"), "group           heavy subtract all bodies"]
+            lines += [*emptied(scene, "heavy"), "group           heavy subtract all bodies"]
         lines.append(f"fix weight {group} gravity {strength:.8g} vector {towards}")
     formulas = [str(v) for f in scene.forces for v in f.density]
     formulas += [v for m in scene.motions for v in (*m.displacement, *m.rate) if v]
@@ -302,8 +296,18 @@ def _loads(scene: Scene) -> list[str]:
         ]
     for motion in scene.motions:
         lines += _group(scene, motion.name, motion.nodes)
-        lines += motion.commands(scene.dimension)
+        lines += motion.commands(scene.dimension, _mover(scene, motion.name))
     return lines if len(lines) > 2 else []
+
+
+def _mover(scene: Scene, name: str) -> str:
+    """ID of the fix that moves nodes by formulas: one that no restart file knows, if it is to begin
+    with where they are."""
+    known = frozenset() if scene.begin is None else scene.begin.movers
+    mover, number = f"{name}_move", 2
+    while mover in known:
+        mover, number = f"{name}_move_{number}", number + 1
+    return mover
 
 
 def _motion(scene: Scene) -> list[str]:
@@ -312,7 +316,7 @@ def _motion(scene: Scene) -> list[str]:
     lines = ["# ---- motion and time step", ""]
     if driven:
         lines += [
-            *_emptied(scene, "free"),
+            *emptied(scene, "free"),
             f"group           free subtract all {' '.join(driven)}",
         ]
     mover = "nve" if scene.adapt is None else f"peridem/adapt {scene.adapt}".rstrip()

@@ -157,6 +157,8 @@ class RegionWall:
 
     def behind(self, nodes: Array) -> float:
         """Above 0 if a node is on the wrong side at the start (how far is not known)."""
+        if self.rotation is not None:
+            nodes = self.rotation.before(nodes)
         return 0.0 if self.region.contains(nodes).all() else float("inf")
 
     def corners(self, duration: float) -> Array:

@@ -53,7 +53,7 @@ def test_help_shows_examples(command, capsys):
 
 def examples():
     """The command lines in all help texts, in an order in which each finds what it needs."""
-    texts = [cli.MESH, cli.CONVERT, cli.RUN, cli.EXAMPLES, cli.PLOT, cli.RENDER, cli.INFO]
+    texts = [cli.MESH, cli.EXAMPLES, cli.CONVERT, cli.RUN, cli.PLOT, cli.RENDER, cli.INFO]
     found = [
         re.split(r"\s{2,}", line.strip())[0]
         for text in texts
@@ -77,6 +77,7 @@ def workplace(tmp_path_factory, lmp):
         import decks
 
         decks.write(where, decks.COLLISION).rename(where / "deck.yaml")
+        decks.write(where, decks.COLLISION).rename(where / "deck2.yaml")
     return where
 
 

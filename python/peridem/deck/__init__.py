@@ -43,13 +43,15 @@ class Deck:
     as_published: bool
 
 
-def load(path: str | Path, as_published: bool = False) -> Deck:
+def load(path: str | Path, as_published: bool = False, after: str | Path | None = None) -> Deck:
     """Read a deck with its meshes and particle table.
 
     Args:
         path: of the YAML file; other files are looked for beside it.
         as_published: as PeriDEM computes it (constants of 3D in 2D, bonds that break in compression
             too, its contact stiffness, time step and walls of nodes) instead of right physics.
+        after: the folder of a run of the same particles, with whose end the deck begins: a second
+            stage. Walls that lie elsewhere than in the deck of that run are put there.
 
     Raises:
         FileNotFoundError: there is no such file.
@@ -57,7 +59,7 @@ def load(path: str | Path, as_published: bool = False) -> Deck:
     """
     path = Path(path)
     root, report = source.read(path), Report(path)
-    built: Built = build(root, report, as_published)
+    built: Built = build(root, report, as_published, None if after is None else Path(after))
     for place in root.all_repeated():
         report.add(place, "given twice; the first one counts")
     for place, close in root.unread():

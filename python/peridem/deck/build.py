@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import Any
+from pathlib import Path
+from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,14 +14,16 @@ from numpy.typing import NDArray
 from peridem.deck import loads, sections, solids
 from peridem.deck.bodies import Body, bodies
 from peridem.deck.contact import Touch, touch
+from peridem.deck.record import Record
 from peridem.deck.restart import State, restart
 from peridem.deck.sections import LoadSet, Model
 from peridem.deck.source import Block, DeckError, Report
+from peridem.deck.stage import Stage, begin, put_surface, stage
 from peridem.deck.walls import Drive, surface
 from peridem.loads import Force, Motion, Nodes
 from peridem.material import AnyMaterial, Inert
 from peridem.scene import Grain, Scene
-from peridem.walls import AnyWall
+from peridem.walls import AnyWall, Wall
 
 Array = NDArray[np.float64]
 
@@ -46,8 +50,10 @@ class Plan:
     forces: list[LoadSet]
     state: State | None
     start: float = 0.0
+    stage: Stage | None = None
     whole: dict[int, list[LoadSet]] = field(default_factory=dict)
     walls: dict[int, list[AnyWall]] = field(default_factory=dict)
+    names: dict[int, list[str]] = field(default_factory=dict)
     grains: list[int | None] = field(default_factory=list)
 
     @property
@@ -114,8 +120,14 @@ class Built:
     grains: list[int | None]
 
 
-def build(root: Block, report: Report, as_published: bool) -> Built:
+def build(root: Block, report: Report, as_published: bool, after: Path | None = None) -> Built:
     """The scene of a deck.
+
+    Args:
+        root: the deck.
+        report: what is to be said about it.
+        as_published: as PeriDEM computes it.
+        after: folder of the run with whose end it begins.
 
     Raises:
         DeckError: the deck asks for what cannot be.
@@ -124,6 +136,7 @@ def build(root: Block, report: Report, as_published: bool) -> Built:
     zones = sections.zones(root, model, report)
     specs = solids.specs(root, len(zones), model.dimension, report)
     particles = bodies(root, zones, model, report)
+    centres = [body.cloud.nodes.mean(axis=0).tolist() for body in particles]
     walls = [k for k, body in enumerate(particles) if body.zone.wall]
     plan = Plan(
         root,
@@ -134,13 +147,17 @@ def build(root: Block, report: Report, as_published: bool) -> Built:
         specs,
         sections.load_sets(root, "Displacement_BC", model, walls),
         sections.load_sets(root, "Force_BC", model, walls),
-        restart(root, model, [len(body.cloud.nodes) for body in particles]),
+        None if after else restart(root, model, [len(body.cloud.nodes) for body in particles]),
     )
-    plan.start = plan.state.time if plan.state is not None else 0.0
     for load in plan.displacements:
         for k in loads.particles_of(load, len(particles)):
             if load.region is None:
                 plan.whole.setdefault(k, []).append(load)
+    if after is not None:
+        drives = {k: plan.drive(k) for k in range(len(particles)) if plan.prescribed(k)}
+        plan.stage = stage(root, model, particles, drives, after, as_published, report)
+        plan.state = plan.stage.state(particles)
+    plan.start = plan.state.time if plan.state is not None else 0.0
     _quirks(plan)
     if not as_published:
         _surfaces(plan)
@@ -148,7 +165,10 @@ def build(root: Block, report: Report, as_published: bool) -> Built:
     for k in range(len(particles)):
         number += k not in plan.walls
         plan.grains.append(None if k in plan.walls else number)
-    return Built(_scene(plan), plan.grains)
+    scene = _scene(plan)
+    surfaces = [plan.names.get(k, []) for k in range(len(particles))]
+    scene.source = Record(as_published, plan.grains, centres, surfaces).kept()
+    return Built(scene, plan.grains)
 
 
 def _scene(plan: Plan) -> Scene:
@@ -158,8 +178,10 @@ def _scene(plan: Plan) -> Scene:
     for k, body in enumerate(plan.bodies):
         if k not in plan.walls:
             names.setdefault(body.zone.number, set()).add(_material(plan, k).name)
-    touching = touch(pairs, plan.bodies, names, plan.walls, plan.as_published, report)
-    motions, forces = _motions(plan), _forces(plan)
+    planes = _first_planes(plan)
+    touching = touch(pairs, plan.bodies, names, plan.walls, planes, plan.as_published, report)
+    motions = [_in_time_of_run(plan, motion) for motion in _motions(plan)]
+    forces = [_in_time_of_run(plan, force) for force in _forces(plan)]
     walls = _named(plan, touching)
     try:
         scene = Scene(
@@ -172,13 +194,16 @@ def _scene(plan: Plan) -> Scene:
             gravity=_gravity(plan),
             motions=motions,
             forces=forces,
-            start_time=plan.start,
+            start_time=plan.stage.end.time if plan.stage is not None else plan.start,
             boundary="s",
             leapfrog=plan.as_published and model.leapfrog and plan.state is None,
             timestep=model.dt if plan.as_published else None,
             **_output(plan),
         )
-        return _checked_step(plan, scene)
+        scene = _checked_step(plan, scene)
+        if plan.stage is None:
+            return scene
+        return begin(plan.stage, scene, report)
     except DeckError:
         raise
     except ValueError as error:
@@ -219,6 +244,12 @@ def _title(plan: Plan) -> str:
 
 def _duration(plan: Plan) -> float:
     left = plan.model.final_time - plan.start
+    if not left > 0.0 and plan.stage is not None:
+        raise plan.root.block("Model").error(
+            "Final_Time",
+            f"{plan.model.final_time:g} s is not after the {plan.start:.6g} s at which the run in "
+            f"{plan.stage.folder} has ended",
+        )
     if not left > 0.0:
         raise plan.root.block("Restart").error(
             "Step", f"its time {plan.start:g} is not before Final_Time {plan.model.final_time:g}"
@@ -240,6 +271,9 @@ def _grains(plan: Plan) -> list[Grain]:
             u, v = plan.state.of(k, plan.dimension)
             grain = replace(grain, displacement=u, velocity=v)
         grains.append(grain)
+    if moving and plan.state is not None:
+        place = plan.root.block("IC").place("Constant_Velocity")
+        plan.report.add(place, "not used: velocities are those of the state it goes on from")
     return grains
 
 
@@ -289,6 +323,9 @@ def _surfaces(plan: Plan) -> None:
     grains = np.vstack([plan.bodies[k].cloud.nodes for k in free])
     if plan.state is not None:
         grains = grains + np.vstack([plan.state.of(k, plan.dimension)[0] for k in free])
+    if plan.stage is not None:
+        _surfaces_of_run(plan, plan.stage, grains)
+        return
     for k, body in enumerate(plan.bodies):
         if not (body.zone.wall and plan.prescribed(k)):
             continue
@@ -305,6 +342,31 @@ def _surfaces(plan: Plan) -> None:
             plan.report.add(place, "a wall of nodes: no plane or region does the same")
 
 
+def _surfaces_of_run(plan: Plan, stage: Stage, grains: Array) -> None:
+    """Walls that are surfaces in the run that comes before; the others stay bodies of nodes."""
+    for k, body in enumerate(plan.bodies):
+        if stage.grains[k] is not None:
+            continue
+        going = stage.going.get(k)
+        drive = plan.drive(k)
+        plan.walls[k] = going or put_surface(stage, body, k, drive, grains, plan.report)
+
+
+def _first_planes(plan: Plan) -> list[Wall]:
+    """Planes where they were as grains were in their reference positions."""
+    if plan.stage is not None:
+        return plan.stage.planes
+    made = []
+    for k, walls in plan.walls.items():
+        way = np.zeros(plan.dimension)
+        if plan.state is not None:
+            way = plan.state.of(k, plan.dimension)[0].mean(axis=0)
+        for wall in walls:
+            if isinstance(wall, Wall):
+                made.append(replace(wall, point=tuple((np.array(wall.point) - way).tolist())))
+    return made
+
+
 def _said(walls: list[AnyWall]) -> str:
     names = ", ".join(wall.name for wall in walls)
     return f"the surface{'s' if len(walls) > 1 else ''} {names}"
@@ -312,17 +374,18 @@ def _said(walls: list[AnyWall]) -> str:
 
 def _named(plan: Plan, touching: Touch) -> list[AnyWall]:
     """All surfaces, each with a name of its own."""
-    taken: set[str] = set()
+    going = plan.stage.going if plan.stage is not None else {}
+    taken = {wall.name for walls in going.values() for wall in walls}
     found = []
     for k, walls in plan.walls.items():
         for wall in walls:
-            name = wall.name
-            if name in taken:
+            name, extra = wall.name, 2
+            if k not in going and name in taken:
                 name = f"{wall.name}_{k}"
-            extra = 2
-            while name in taken:
+            while k not in going and name in taken:
                 name, extra = f"{wall.name}_{k}_{extra}", extra + 1
             taken.add(name)
+            plan.names.setdefault(k, []).append(name)
             found.append(replace(wall, name=name, contact=touching.walls.get(k)))
     return found
 
@@ -399,7 +462,7 @@ def _body_motion(plan: Plan, k: int) -> Motion:
 
 
 def _forces(plan: Plan) -> list[Force]:
-    made = []
+    made: list[Force] = []
     for load in plan.forces:
         mine = [k for k in loads.particles_of(load, len(plan.bodies)) if not plan.prescribed(k)]
         for name, nodes, bounds in _targets(plan, load, mine, f"push_{load.number}"):
@@ -409,6 +472,28 @@ def _forces(plan: Plan) -> list[Force]:
                 )
             )
     return made
+
+
+Load = TypeVar("Load", Motion, Force)
+
+
+def _in_time_of_run(plan: Plan, load: Load) -> Load:
+    """A load whose formulas are of the time of the run that comes before, not of the deck's."""
+    clock = plan.stage.clock if plan.stage is not None else 0.0
+    if abs(clock) <= 1e-12 * plan.model.final_time:
+        return load
+
+    def later(formula: str) -> str:
+        return re.sub(r"\btime\b", f"(time-({clock:.17g}))", formula)
+
+    if isinstance(load, Force):
+        density = tuple(later(v) if isinstance(v, str) else v for v in load.density)
+        return replace(load, density=density)
+    shown, rate = (
+        tuple(None if f is None else later(f) for f in formulas)
+        for formulas in (load.displacement, load.rate)
+    )
+    return replace(load, displacement=shown, rate=rate)
 
 
 # ---- the rest ------------------------------------------------------------------------------------
@@ -485,7 +570,7 @@ def _said_of_published(plan: Plan) -> None:
     """What is kept because it was published, and what is not."""
     root, report = plan.root, plan.report
     model = root.block("Model")
-    if plan.model.leapfrog:
+    if plan.model.leapfrog and plan.state is None:
         report.add(
             model.block("Discretization_Type").place("Time"),
             "symplectic Euler, as published: velocities start half a step ahead",

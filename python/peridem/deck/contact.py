@@ -40,6 +40,7 @@ def touch(
     bodies: list[Body],
     names: dict[int, set[str]],
     walls: dict[int, list[AnyWall]],
+    planes: list[Wall],
     as_published: bool,
     report: Report,
 ) -> Touch:
@@ -50,6 +51,7 @@ def touch(
         bodies: all particles.
         names: of the materials of the zones that have nodes.
         walls: surfaces that particles have become.
+        planes: those of them that are flat, where they were as grains were where their clouds are.
         as_published: PeriDEM's radius and stiffness.
         report: where the differences are said.
     """
@@ -66,7 +68,7 @@ def touch(
         for (a, b), pair in known.items()
     }
     if not as_published:
-        radius = _clear(radius, known, smallest, bodies, nodes, walls, report)
+        radius = _clear(radius, known, smallest, bodies, nodes, planes, report)
     made = {
         pair: _contact(given, radius[pair], as_published, report) for pair, given in known.items()
     }
@@ -108,14 +110,14 @@ def _clear(
     smallest: float,
     bodies: list[Body],
     nodes: list[int],
-    walls: dict[int, list[AnyWall]],
+    planes: list[Wall],
     report: Report,
 ) -> dict[tuple[int, int], float]:
     """Radii of the pairs' own spacings, or those of the smallest one of all where grains would
     overlap at the start."""
     given = next((pair.block for pair in known.values() if pair is not None), None)
     place = given.place("Contact_Radius_Factor") if given is not None else (0, "Contact")
-    if not _overlaps(radius, bodies, nodes, walls):
+    if not _overlaps(radius, bodies, nodes, planes):
         report.add(
             place,
             "times the smallest node spacing of the two zones; in PeriDEM that of all particles "
@@ -134,7 +136,7 @@ def _overlaps(
     radius: dict[tuple[int, int], float],
     bodies: list[Body],
     nodes: list[int],
-    walls: dict[int, list[AnyWall]],
+    planes: list[Wall],
 ) -> bool:
     """Whether nodes of two particles, or nodes and planes, are closer than their radius."""
     clouds = [bodies[k].cloud for k in nodes]
@@ -152,11 +154,10 @@ def _overlaps(
     if (gap < (1.0 - DEEP) * table[zone[i], zone[j]]).any():
         return True
     own = table[zone, zone]
-    for wall in (wall for made in walls.values() for wall in made):
-        if isinstance(wall, Wall):
-            away = (x - np.asarray(wall.point)) @ wall.unit_normal
-            if (away < (1.0 - DEEP) * own).any():
-                return True
+    for wall in planes:
+        away = (x - np.asarray(wall.point)) @ wall.unit_normal
+        if (away < (1.0 - DEEP) * own).any():
+            return True
     return False
 
 
