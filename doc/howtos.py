@@ -12,6 +12,7 @@ blocks of a page run in their order,
 - ``slurm``: a job script, whose syntax bash checks.
 
 Other blocks without a caption (``text``, parsed literals) show output, or what is not to be run.
+What the commands print is in ``printed.txt``.
 --keep leaves the folders of the pages there, with what they made.
 """
 
@@ -31,6 +32,7 @@ import check_pages
 
 DOC = Path(__file__).resolve().parent
 REPOSITORY = DOC.parent
+PRINTED = "printed.txt"
 # what commands of a reader use, beside build/ and .venv/
 NEEDED = ("bench", "cmake", "doc", "examples", "python", "src", "tests", "Makefile", "README.md")
 
@@ -119,6 +121,8 @@ def shell(page: str, block: Block, command: list[str], folder: Path, lmp: Path) 
         text=True,
         capture_output=True,
     )
+    with (folder / PRINTED).open("a") as printed:
+        printed.write(done.stdout + done.stderr)
     if done.returncode:
         raise HowtoError(
             f"doc/{page}.rst:{block.line} ended with {done.returncode}\n"

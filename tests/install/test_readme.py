@@ -76,9 +76,17 @@ def test_links_lead_to_files() -> None:
     assert missing == []
 
 
-def test_the_targets_it_names_exist() -> None:
-    makefile = (REPOSITORY / "Makefile").read_text()
-    named = set(re.findall(r"\bmake ([a-z]+)\b", README)) - {"alone"}
-    assert {"demo", "test", "build"} <= named
-    for target in named & {"demo", "test", "quick", "build", "clean", "lint"}:
-        assert re.search(rf"^{target}:", makefile, re.MULTILINE), target
+def test_it_counts_the_cases_of_the_report() -> None:
+    said = re.search(r"(\d+) cases with known answers", README)
+    assert said
+    report = (REPOSITORY / "doc" / "verification.md").read_text()
+    rows = re.findall(r"^\| \[[^]]+\]\(#[\w-]+\) \|", report, re.MULTILINE)
+    assert int(said[1]) == len(rows)
+    cases = REPOSITORY / "tests" / "verification" / "cases"
+    assert len(rows) >= len(list(cases.glob("[!_]*.py")))
+
+
+def test_its_script_has_some_dozen_lines_and_it_two_screens() -> None:
+    """A screen has some 55 lines."""
+    assert len(README.splitlines()) < 125
+    assert len([line for line in _script().splitlines() if line.strip()]) < 36
