@@ -18,10 +18,9 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
-from peridem import cloud, deck, packing, program, render, results, scene, shapes
+from peridem import cloud, deck, packing, program, render, results, scene, shapes, stages
 from peridem.loads import Motion
 from peridem.material import Contact, Material
-from peridem.walls import Wall
 
 MM = 1e-3
 LID = "lid"
@@ -128,21 +127,18 @@ def pressing(case: Case, settled: Path) -> scene.Scene:
     top = max(float((g.cloud.nodes + g.displacement)[:, 1].max()) for g in bed)
     start = top + base.contact_radius if case.start is None else case.start
     print(f"top of the bed at {top / MM:.2f} mm, the lid starts at {start / MM:.2f} mm")
-    contact, walls = base.contact, []
-    if case.lid is not None:
+    contact, walls = base.contact, base.walls
+    if case.lid is None:
+        lid = next(wall for wall in walls if wall.name == LID)
+        down = replace(lid, point=(lid.point[0], start), velocity=(0.0, -case.speed))
+        walls = [down if wall is lid else wall for wall in walls]
+    else:
         # PeriDEM damps grains between their centres, which has no counterpart: as good as no
         # restitution at 0.95, at half the cost
         contact = replace(contact, restitution=1.0)
-    for wall in base.walls:
-        if isinstance(wall, Wall) and wall.name == LID:
-            wall = replace(wall, point=(wall.point[0], start), velocity=(0.0, -case.speed))
-        walls.append(wall)
-    if case.lid is not None:
-        body = grains[case.lid - 1]
-        down = start - float(body.cloud.nodes[:, 1].min())
-        grains[case.lid - 1] = replace(
-            body, displacement=np.tile((0.0, down), (len(body.cloud.nodes), 1))
-        )
+        nodes = grains[case.lid - 1].cloud.nodes
+        lower = np.tile((0.0, start - float(nodes[:, 1].min())), (len(nodes), 1))
+        grains[case.lid - 1] = replace(grains[case.lid - 1], displacement=lower)
     return replace(
         base,
         title=f"{base.title}: pressing",
@@ -158,24 +154,14 @@ def pressing(case: Case, settled: Path) -> scene.Scene:
 
 
 def at_rest(case: Case, settled: Path) -> list[scene.Grain]:
-    """The grains moved to where they came to rest, which is checked."""
-    output = results.Output(settled)
-    last = output.frame(len(output.dump) - 1)
-    free = np.repeat(
-        [bool(g.material.style) for g in case.scene.grains],
-        [len(g.cloud.nodes) for g in case.scene.grains],
-    )
-    speed = float(np.sqrt((last.velocity[free] ** 2).sum(axis=1).mean()))
+    """The grains where they came to rest, which is checked; they start anew, without velocity."""
+    grains = stages.grains_after(case.scene, settled)
+    free = np.vstack([g.velocity for g in grains if g.material.style and g.velocity is not None])
+    speed = float(np.sqrt((free**2).sum(axis=1).mean()))
     print(f"speed of the settled grains: {speed:.2g} m/s")
     if speed > AT_REST:
         print(f"they still move (over {AT_REST:g} m/s): the lid will hit them", file=sys.stderr)
-    moved, first = [], 0
-    for grain in case.scene.grains:
-        nodes = grain.cloud.nodes
-        end = last.position[first : first + len(nodes)]
-        first += len(nodes)
-        moved.append(replace(grain, displacement=end - nodes, velocity=None))
-    return moved
+    return [replace(grain, velocity=None) for grain in grains]
 
 
 # ---- results -------------------------------------------------------------------------------------
