@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import scenes
-from peridem import cloud, results, run, scene, shapes
+from peridem import cloud, results, run, scene, shapes, stages
 from peridem.loads import Cut, Motion, Nodes
 from peridem.material import Contact
 from peridem.regions import Block, Cylinder, Rotation
@@ -53,6 +53,10 @@ def test_pressed_and_released(tmp_path):
         tmp_path / "first", walls=[*first.walls[:-1], replace(down, velocity=(0, 4.0))]
     )
     assert second.shift_of(down) == pytest.approx([0.0, -4.0 * 900 * DT], rel=1e-9)
+    left = stages.grains_after(first, tmp_path / "first")
+    ends = np.vstack([grain.cloud.nodes + grain.displacement for grain in left])
+    assert ends == pytest.approx(before.frame(-1).position[:, :2], rel=0.0, abs=1e-18)
+    assert (np.vstack([grain.velocity for grain in left]) == before.frame(-1).velocity[:, :2]).all()
     after = ended(second, tmp_path / "second")
     assert before.field("damage", -1).max() > 0.0  # something is broken
     assert (after.field("damage", 0) == before.field("damage", -1)).all()
