@@ -842,11 +842,15 @@ void PairPeridemContact::add_impact(const Impact &impact)
 }
 
 /* ----------------------------------------------------------------------
-   which body every node belongs to, and how that moves if the node touches
+   which body every node belongs to, and how that moves if the node touches; or springs over mass
 ------------------------------------------------------------------------- */
 
 int PairPeridemContact::pack_forward_comm(int n, int *list, double *buf, int, int *)
 {
+  if (sending == SPRINGS) {
+    for (int m = 0; m < n; m++) buf[m] = springs_at[list[m]];
+    return n;
+  }
   for (int m = 0; m < n; m++) {
     const int i = list[m];
     if (i < atom->nlocal && !has_body[i]) body_of[i].name(bodies.id(i));
@@ -859,7 +863,10 @@ int PairPeridemContact::pack_forward_comm(int n, int *list, double *buf, int, in
 
 void PairPeridemContact::unpack_forward_comm(int n, int first, double *buf)
 {
-  if (n) memcpy(static_cast<void *>(&body_of[first]), buf, n * sizeof(PeridemBody));
+  if (sending == SPRINGS)
+    for (int m = 0; m < n; m++) springs_at[first + m] = buf[m];
+  else if (n)
+    memcpy(static_cast<void *>(&body_of[first]), buf, n * sizeof(PeridemBody));
 }
 
 /* ---------------------------------------------------------------------- */
@@ -870,8 +877,8 @@ double PairPeridemContact::lightest(int itype) const
 }
 
 /* ----------------------------------------------------------------------
-   Gershgorin's bound: twice the sum of the springs at a node over its mass. A node is taken to
-   touch up to three others at a time in 2d, four in 3d; contacts beyond that are looked at.
+   A node is taken to touch up to three others at a time in 2d, four in 3d; contacts beyond that are
+   looked at.
 ------------------------------------------------------------------------- */
 
 double PairPeridemContact::largest_frequency_sq()
@@ -886,28 +893,40 @@ double PairPeridemContact::largest_frequency_sq()
       const double k = law.spring(extremes.smallest[i], extremes.largest[j]);
       largest = MAX(largest, 2.0 * most * k / lightest(i));
     }
+  largest = MAX(largest, frequency_sq_now());
+  MPI_Allreduce(MPI_IN_PLACE, &largest, 1, MPI_DOUBLE, MPI_MAX, world);
+  return largest;
+}
 
-  // the contacts that are there now
+/* ----------------------------------------------------------------------
+   Gershgorin's bound for the matrix of the contacts instead of that of the nodes, which has the same
+   frequencies: the largest sum over the two nodes of a contact of springs at the node over its mass.
+   Nodes that do not move alone have bounds of their own, and count as the other one.
+------------------------------------------------------------------------- */
 
-  auto &sum = springs_at;    // zero where nothing touches
-  sum.resize(atom->nlocal + atom->nghost, 0.0);
-  touched.clear();
-  auto add = [&](int i, double k) {
-    if (sum[i] == 0.0) touched.push_back(i);
-    sum[i] += k;
+double PairPeridemContact::frequency_sq_now()
+{
+  const int nlocal = atom->nlocal;
+  springs_at.assign(nlocal + atom->nghost, 0.0);
+  auto spring = [this](int i, int j) {
+    return laws[index(atom->type[i], atom->type[j])].spring(atom->vfrac[i], atom->vfrac[j]);
   };
   for_touching([&](int i, int j, double, const Spring *, double) {
-    const double k =
-        laws[index(atom->type[i], atom->type[j])].spring(atom->vfrac[i], atom->vfrac[j]);
-    add(i, k);
-    add(j, k);
+    const double k = spring(i, j);
+    springs_at[i] += k;
+    springs_at[j] += k;
   });
-  for (const int i : touched) {
-    if (i < atom->nlocal && (!adapt || adapt->moves_alone(i)))
-      largest = MAX(largest, 2.0 * sum[i] / atom->rmass[i]);
-    sum[i] = 0.0;
-  }
-  MPI_Allreduce(MPI_IN_PLACE, &largest, 1, MPI_DOUBLE, MPI_MAX, world);
+  for (int i = 0; i < nlocal; i++)
+    springs_at[i] = adapt && !adapt->moves_alone(i) ? -1.0 : springs_at[i] / atom->rmass[i];
+  sending = SPRINGS;
+  comm->forward_comm(this);
+  sending = BODIES;
+
+  double largest = 0.0;
+  for_touching([&](int i, int j, double, const Spring *, double) {
+    const double a = springs_at[i], b = springs_at[j];
+    largest = MAX(largest, (a < 0.0 ? b : a) + (b < 0.0 ? a : b));
+  });
   return largest;
 }
 

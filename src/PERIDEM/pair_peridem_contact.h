@@ -144,8 +144,10 @@ class PairPeridemContact : public Pair {
   PeridemSpread spread;                // forces on bodies
   bigint moved{-1};                    // the step at which bodies was used last
 
-  std::vector<double> springs_at;    // of owned and ghost nodes, for the bound on frequencies
-  std::vector<int> touched;
+  // for the bound on frequencies: springs at owned and ghost nodes over their masses
+  std::vector<double> springs_at;
+  double frequency_sq_now();
+  enum { BODIES, SPRINGS } sending{BODIES};    // what ghosts hear of
 
   std::size_t index(int itype, int jtype) const { return itype * (ntypes + 1) + jtype; }
   bool indices_valid() const { return list_nlocal == atom->nlocal; }

@@ -10,7 +10,7 @@ import pytest
 
 from support.clouds import cloud, deformed, disc, join, lattice, ragged
 from support.oracle import Solid, bond_state, families
-from support.runs import Simulation, lps_words
+from support.runs import Simulation, header, lps_words
 
 SOLIDS = {
     "3D": Solid(bulk=3.0, shear=1.2, horizon=2.3, dimension=3),
@@ -148,6 +148,67 @@ def test_step_holds_for_a_crowd_of_touching_nodes(simulation):
     )
     # springs along the lattice lines: omega^2 = 4 k / m (neighbours in antiphase)
     assert dt_vector(sim)[1] <= 2.0 / np.sqrt(4 * 5.0)
+
+
+def star(mass_ratio: float = 9.0):
+    """A light node pressed by six heavy ones around it, which touch nothing else."""
+    angle = np.arange(6) * np.pi / 3
+    x = np.zeros((7, 2))
+    x[1:] = 0.9 * np.column_stack([np.cos(angle), np.sin(angle)])
+    density = np.append(1.0, np.full(6, mass_ratio))
+    one = cloud(x, molecule=np.arange(7) + 1, dimension=2, density=density)
+    return one
+
+
+STAR = (
+    # contact distance 0.95: the heavy nodes are 0.9 apart and touch their two neighbours too
+    "pair_style peridem/contact\npair_coeff * * radius 0.95 stiffness 5.0\n"
+    "compute step all peridem/dt\nfix motion all nve\n"
+)
+
+
+def test_bound_of_contacts_is_that_of_the_worst_contact(simulation):
+    """Six springs at the light node, three at each heavy one; nodes alone would give 2 * 6 k/m."""
+    sim = simulation().load(star(), dimension=2).commands(STAR + "run 0 post no")
+    bound = 5.0 * (6.0 / 1.0 + 3.0 / 9.0)
+    # larger than that of three springs at the lightest node, 2 * 3 k/m
+    assert dt_vector(sim)[1] == pytest.approx(2.0 / np.sqrt(bound), rel=1e-12)
+
+
+def test_bound_of_contacts_holds(simulation):
+    """Below the largest frequency of the linear problem, which numpy finds."""
+    one = star()
+    k, mass = 5.0, one.mass
+    stiffness = np.zeros((14, 14))
+    for i in range(7):
+        for j in range(i):
+            d = one.x[j, :2] - one.x[i, :2]
+            if np.linalg.norm(d) < 0.95:
+                n = np.outer(d, d) / (d @ d)
+                for a, b, sign in ((i, i, 1), (j, j, 1), (i, j, -1), (j, i, -1)):
+                    stiffness[2 * a : 2 * a + 2, 2 * b : 2 * b + 2] += sign * k * n
+    scale = np.repeat(1.0 / np.sqrt(mass), 2)
+    largest = np.linalg.eigvalsh(scale[:, None] * stiffness * scale)[-1]
+    sim = simulation().load(one, dimension=2).commands(STAR + "run 0 post no")
+    # not above the exact one, and no further below than directions can make it
+    exact = 2.0 / np.sqrt(largest)
+    assert 0.6 * exact < dt_vector(sim)[1] <= exact
+
+
+@pytest.mark.parametrize("ranks", [2, 4])
+def test_bound_of_contacts_is_the_same_on_any_number_of_ranks(ranks, mpi):
+    one = star()
+    one.write(mpi.folder / "star.data")
+    found = []
+    for count in (1, ranks):
+        mpi(
+            header(one, "star.data", dimension=2)
+            + STAR
+            + 'run 0 post no\nprint "$(c_step[2]:%.17g)" file step.txt\n',
+            count,
+        )
+        found.append(float((mpi.folder / "step.txt").read_text()))
+    assert found[0] == pytest.approx(found[1], rel=1e-14)  # order of sums
 
 
 def test_fix_timestep_takes_the_safe_fraction_of_the_stable_step(simulation, rng):
