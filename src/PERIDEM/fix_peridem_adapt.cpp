@@ -32,7 +32,8 @@
 using namespace LAMMPS_NS;
 using namespace FixConst;
 
-static constexpr int NTOTALS = 6;    // numbers in a restart file before the grains
+static constexpr int NTOTALS = 7;        // numbers in a restart file before the grains
+static constexpr double LAYOUT = 2.0;    // of what follows in it: another number for each change
 
 /* ---------------------------------------------------------------------- */
 
@@ -386,7 +387,8 @@ void FixPeridemAdapt::write_restart(FILE *fp)
 {
   if (comm->me != 0) return;
   const auto &grains = table.grains;
-  const double totals[NTOTALS] = {static_cast<double>(sizeof(Grain)),
+  const double totals[NTOTALS] = {LAYOUT,
+                                  static_cast<double>(sizeof(Grain)),
                                   static_cast<double>(grains.size()),
                                   switches.taken,
                                   static_cast<double>(switches.wakes),
@@ -404,15 +406,17 @@ void FixPeridemAdapt::restart(char *buf)
 {
   double totals[NTOTALS];
   memcpy(totals, buf, sizeof(totals));
-  if (totals[0] != static_cast<double>(sizeof(Grain)))
+  if (totals[0] != LAYOUT || totals[1] != static_cast<double>(sizeof(Grain)))
     error->all(FLERR, Error::NOLASTLINE,
-               "Fix {}: the restart file was written by another version of the package", style);
+               "Fix {}: the restart file was written by another version of the package: go on with "
+               "that one, or start from a data file (write_data)",
+               style);
   auto &grains = table.grains;
-  grains.resize(static_cast<std::size_t>(totals[1]));
+  grains.resize(static_cast<std::size_t>(totals[2]));
   memcpy(static_cast<void *>(grains.data()), buf + sizeof(totals), grains.size() * sizeof(Grain));
-  switches.taken = totals[2];
-  switches.wakes = static_cast<bigint>(totals[3]);
-  switches.freezes = static_cast<bigint>(totals[4]);
-  natoms_seen = static_cast<bigint>(totals[5]);
+  switches.taken = totals[3];
+  switches.wakes = static_cast<bigint>(totals[4]);
+  switches.freezes = static_cast<bigint>(totals[5]);
+  natoms_seen = static_cast<bigint>(totals[6]);
   started = true;
 }

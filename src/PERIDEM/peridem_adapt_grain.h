@@ -26,6 +26,7 @@ struct PeridemAdaptGrain {
   int state;
   int broken;      // 1: some bond of it is broken
   int quiet;       // checks in a row that found it quiet
+  int trial;       // 1: it has just become rigid, and how its contacts load it is not known yet
   int count;       // of its nodes
   int patience;    // it takes so many times longer before it is rigid again
   double volume, young, s0, factor;

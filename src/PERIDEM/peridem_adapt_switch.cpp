@@ -194,14 +194,17 @@ bool PeridemAdaptSwitch::overloaded(std::size_t k, double dt)
   rigid.moment(k, load.moment);
   grain.body.add_spinning(load.moment);
   load.node = std::sqrt(rigid.highest[k]);
-  if (load.stretch_at_most(grain.volume, grain.young, grain.factor) <= 0.5 * grain.limit) {
+  const double limit = grain.trial ? options.back * grain.limit : grain.limit;
+  grain.trial = 0;
+  if (load.stretch_at_most(grain.volume, grain.young, grain.factor) <=
+      MIN(limit, 0.5 * grain.limit)) {
     grain.loaded = 0.0;
     return false;
   }
   const double bound =
       std::isfinite(grain.limit) ? load.stretch(grain.volume, grain.young, grain.factor) : 0.0;
   grain.loaded = bound > 0.5 * grain.limit ? grain.loaded + dt : 0.0;
-  return bound > grain.limit;
+  return bound > limit;
 }
 
 /* ----------------------------------------------------------------------
@@ -291,6 +294,7 @@ bool PeridemAdaptSwitch::look_for_quiet()
     if (grain.quiet >= options.hold * grain.patience) quiet.push_back(which[k]);
   }
   freeze(quiet);
+  for (const tagint mol : quiet) table.grains[mol].trial = 1;
   return !quiet.empty();
 }
 

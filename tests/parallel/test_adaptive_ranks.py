@@ -11,19 +11,20 @@ from support.runs import lps_words, read_dump
 ADAPT = "peridem/adapt eta 0.2 back 0.5 every 10 hold 2 sleep 1e-3"
 STATE = WRITE + " f_motion"
 STEPS = 150
+PLACES = "x y z vx vy vz"
 
 
-def mixed_scene(one, grid: str, name: str, steps: int, extra: str = "") -> str:
+def mixed_scene(one, grid: str, name: str, steps: int, dimension: int = 2, extra: str = "") -> str:
     """The tumbling heap with adaptive grains; two of four have met when it ends."""
     text = heap_script(
-        one, 2, grid, "on", name, steps=steps, extra=REBUILD + extra, contact=SPRINGS
+        one, dimension, grid, "on", name, steps=steps, extra=REBUILD + extra, contact=SPRINGS
     )
     return text.replace("fix motion all nve", f"fix motion all {ADAPT}").replace(WRITE, STATE)
 
 
-def apart(rng):
+def apart(rng, dimension: int = 2):
     """Two grains on collision course, one far from anything that tumbles, one that rests."""
-    one = tumbling(rng)
+    one = tumbling(rng, dimension)
     for molecule, shift in ((3, (-6.0, 4.0, 0.0)), (4, (6.0, 5.0, 0.0))):
         nodes = one.molecule == molecule
         one.x[nodes] += shift
@@ -36,13 +37,14 @@ def apart(rng):
     return one
 
 
-def test_ranks_see_the_same_states_and_motion(mpi, rng):
-    one = apart(rng)
+@pytest.mark.parametrize("dimension", [2, 3])
+def test_ranks_see_the_same_states_and_motion(dimension, mpi, rng):
+    one = apart(rng, dimension)
     one.write(mpi.folder / "heap.data")
     ends = {}
-    for grid in ("1 1 1", "2 1 1", "2 2 1", "1 4 1"):
+    for grid in ("1 1 1", "2 1 1", "2 2 1", "1 4 1" if dimension == 2 else "1 2 2"):
         ranks = int(np.prod([int(n) for n in grid.split()]))
-        mpi(mixed_scene(one, grid, "end", STEPS), ranks)
+        mpi(mixed_scene(one, grid, "end", STEPS, dimension), ranks)
         (ends[grid],) = read_dump(mpi.folder / "end.last")
     whole = ends["1 1 1"]
     assert {1.0, 2.0, 3.0} == set(whole["f_motion"])  # deformable, rigid, asleep
@@ -50,14 +52,14 @@ def test_ranks_see_the_same_states_and_motion(mpi, rng):
         assert end["f_motion"].tolist() == whole["f_motion"].tolist(), grid
         assert end["c_node[2]"].tolist() == whole["c_node[2]"].tolist(), grid
         # rounding of sums in another order, grown by a collision over 150 steps
-        np.testing.assert_allclose(end["x y vx vy"], whole["x y vx vy"], rtol=0, atol=1e-9)
+        np.testing.assert_allclose(end[PLACES], whole[PLACES], rtol=0, atol=1e-9)
 
 
-@pytest.mark.parametrize("readers", [1, 2, 4])
-def test_a_restart_brings_back_the_states(readers, mpi, rng):
-    one = apart(rng)
+@pytest.mark.parametrize(("dimension", "readers"), [(2, 1), (2, 2), (2, 4), (3, 1), (3, 4)])
+def test_a_restart_brings_back_the_states(dimension, readers, mpi, rng):
+    one = apart(rng, dimension)
     one.write(mpi.folder / "heap.data")
-    script = mixed_scene(one, "2 1 1", "half", STEPS)
+    script = mixed_scene(one, "2 1 1", "half", STEPS, dimension)
     script += f"\nwrite_restart half.restart\nrun {STEPS} post no\n"
     script += f"write_dump all custom whole.last {STATE} modify format float %.17g\n"
     mpi(script, 2)
@@ -68,7 +70,7 @@ def test_a_restart_brings_back_the_states(readers, mpi, rng):
         f"""
         atom_style peridem
         read_restart half.restart
-        pair_coeff * * peridem/lps {lps_words(SOLIDS[2])}
+        pair_coeff * * peridem/lps {lps_words(SOLIDS[dimension])}
         pair_coeff * * peridem/contact {SPRINGS}
         neighbor 0.3 bin
         {REBUILD}
@@ -90,7 +92,7 @@ def test_a_restart_brings_back_the_states(readers, mpi, rng):
     np.testing.assert_allclose(read["vx vy vz"], half["vx vy vz"], rtol=0, atol=1e-14)
     assert end["f_motion"].tolist() == whole["f_motion"].tolist()
     # rounding, grown by a collision
-    np.testing.assert_allclose(end["x y vx vy"], whole["x y vx vy"], rtol=0, atol=1e-9)
+    np.testing.assert_allclose(end[PLACES], whole[PLACES], rtol=0, atol=1e-9)
 
 
 def test_a_rigid_grain_crosses_a_periodic_boundary(mpi, rng):

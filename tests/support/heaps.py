@@ -49,15 +49,17 @@ def heap(rng: np.random.Generator, dimension: int) -> Cloud:
     return one.moved(x, v)
 
 
-def tumbling(rng: np.random.Generator) -> Cloud:
+def tumbling(rng: np.random.Generator, dimension: int = 2) -> Cloud:
     """Grains that fly through the box, hit each other and break."""
-    one = heap(rng, 2)
+    one = heap(rng, dimension)
     one = one.moved(one.reference)
     centre = one.x.mean(axis=0)
     one.v[:] = -0.25 * (one.x - centre)
     one.v[:, 0] += 0.8
     one.v[one.molecule == 2] += (-1.0, 0.3, 0.0)
     one.box[:2] = [[-8.0, 24.0], [-12.0, 16.0]]
+    if dimension == 3:
+        one.box[2] = [-12.0, 16.0]
     return one
 
 

@@ -89,6 +89,29 @@ def test_a_grain_that_wakes_slowly_overshoots_little(shape, sign, simulation):
     assert found[2] < 1.4 * static
 
 
+@pytest.mark.parametrize(("part", "state"), [(0.3, [0, 1, 0]), (0.7, [1, 0, 0])])
+@pytest.mark.parametrize("shape", SHAPES)
+def test_a_loaded_grain_goes_back_by_the_measure_that_wakes_it(shape, part, state, simulation):
+    """``back`` 0.5 of the load that wakes, though bonds stretch by a tenth of the measure."""
+    sim = loaded(simulation, shape, f"peridem/adapt eta {ETA}", 1, 1e9)
+    while sim.fix_vector("motion", 4)[3] == 0.0:
+        sim.commands("run 20 post no")
+    waking = SHAPES[shape][2] * sim.thermo("time")
+    ramp = int(part * waking / SHAPES[shape][2] / DT)
+    # it is quiet all the while, and looked at for longer than the load grows
+    motion = f"peridem/adapt eta {ETA} start deformable every 10 hold {ramp // 10 + 50}"
+    sim = loaded(simulation, shape, motion, 1, part * waking, viscosity=1.0)
+    sim.commands(f"run {ramp} post no")
+    assert sim.fix_vector("motion", 3).tolist() == [1, 0, 0]
+    sim.commands("run 1000 post no")
+    seen = []
+    for _ in range(20):
+        sim.commands("run 37 post no")
+        seen.append(sim.fix_vector("motion", 3).tolist())
+    # a grain that is tried is rigid for a step, ever more seldom
+    assert seen.count(state) >= 18
+
+
 def sleeper_and_ball(speed: float) -> Cloud:
     """A disc that lies on a floor, and one that will fall on it."""
     lying = cloud(disc(4.0), dimension=2)
