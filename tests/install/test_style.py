@@ -62,19 +62,16 @@ SCREEN = 50  # lines
 
 
 def long_functions(text: str) -> list[str]:
-    """What is longer than a screen, by the line that opens it, in a file that is formatted: what
-    opens with a brace at the end of a line closes with one at the same depth."""
+    """What is longer than a screen, in a file that is formatted: the brace that opens a function
+    has a line of its own, and the one that closes it stands as deep."""
     lines = text.splitlines()
     found = []
     for k, line in enumerate(lines):
-        opens = re.match(r"( *)(?:\{|\S.*\).*\{)$", line)
-        if not opens or re.match(
-            r" *(?:\} else|for|if|switch|while|namespace|class|struct)\b", line
-        ):
+        if line.strip() != "{":
             continue
-        last = next(n for n in range(k, len(lines)) if lines[n].startswith(opens[1] + "}"))
+        last = next(n for n in range(k, len(lines)) if lines[n].startswith(line[:-1] + "}"))
         if last - k + 1 > SCREEN:
-            found.append(f"{lines[k - 1]} {line} ({last - k + 1} lines)")
+            found.append(f"{lines[k - 1]} ({last - k + 1} lines)")
     return found
 
 
