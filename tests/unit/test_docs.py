@@ -291,6 +291,45 @@ def test_quotations_are_found() -> None:
     assert nearest("a | 1.0 | ... | 3.0", "b | 1.01 | 2 | 3.0 |") == math.inf
 
 
+# constants of the program, and what pages say of them
+CONSTANTS = [
+    ("SKIN", 0.8, "pair_peridem_contact", "it is set to 0.8 of that distance"),
+    ("SKIN", 0.8, "differences", "neighbor skin is set to 0.8 of the contact distance"),
+    ("SKIN", 0.8, "troubleshooting", "The skin: 0.8 of the contact radius is the default"),
+    ("AUTO_FACTOR", 0.95, "pair_peridem_contact", "*radius*: 0.95 times the smallest distance"),
+    ("DEFAULT_RATIO", 0.85, "pair_peridem_contact", "tangential = history 0.85"),
+    ("IMPACT_STEPS", 10.0, "pair_peridem_contact", "slows the two bodies down within ten steps"),
+    ("LINGER", 10.0, "pair_peridem_contact", "apart by ten times their deepest overlap"),
+    ("WORTH_A_WARNING", 0.01, "pair_peridem_contact", "Overlaps deeper than 1 % of the contact"),
+    ("WORTH_A_WARNING", 0.01, "fix_peridem_wall", "at the start by more than 1 % of the contact"),
+    ("MAXTOUCH", 64, "pair_peridem_contact", "one node has room for 64 contacts"),
+    ("MAXNODES", 4000, "pair_peridem_lps", "of more than 4000 nodes"),
+    ("WEIGHTLESS", 1e-6, "pair_peridem_lps", "whose :math:`w v` is below 1e-6 is no bond"),
+    ("SOFTENED", 10.0, "pair_peridem_pmb", "ten times the stretch at which it pulls hardest"),
+    ("CRUSHED", 0.25, "fix_peridem_bonds", "bonds compressed below 1/4 of their length"),
+    ("SAMPLES", 32, "fix_peridem_bonds", "at 33 places along a bond; one thinner than 1/32"),
+    ("MAXPATIENCE", 64, "fix_peridem_adapt", "(up to 64 times)"),
+    ("UNBALANCED", 0.2, "fix_peridem_adapt", "balance to a fifth of their sizes"),
+    ("FACTOR_TENSION", 1.7, "fix_peridem_adapt", ":math:`c` is 1.7, and 3.5 where bonds break in"),
+    ("FACTOR_BOTH", 3.5, "fix_peridem_adapt", ":math:`c` is 1.7, and 3.5 where bonds break in"),
+    ("TRAVEL", 0.1, "compute_peridem_dt", "moves more than a tenth of the (smallest) contact"),
+    ("ACCURACY", 1e-4, "compute_peridem_dt", "by Lanczos' method, settled to 1e-4"),
+    ("NEAR", 1.8, "compute_peridem_atom", "closer than 1.8 cell sizes"),
+    ("COS_OPEN", 0.5, "compute_peridem_atom", "a direction within 60 degrees of which"),
+]
+
+
+@pytest.mark.parametrize(("name", "value", "page", "said"), CONSTANTS)
+def test_pages_say_what_constants_of_the_program_are(
+    name: str, value: float, page: str, said: str
+) -> None:
+    source = "".join(path.read_text() for path in (ROOT / "src" / "PERIDEM").glob("*.[ch]*"))
+    found = re.findall(rf"constexpr \w+ (?:\w+ = [\d.]+, )?{name} = ([\w.-]+)", source)
+    found += re.findall(rf"constexpr \w+ {name} = ([\d.e-]+),", source)
+    assert found and {float(one) for one in found} == {value}, f"{name} is {found}"
+    assert said in " ".join((DOC / f"{page}.rst").read_text().split())
+
+
 def test_commands_of_the_howtos_name_targets_and_files_that_exist() -> None:
     targets = set(re.findall(r"^([a-z]+):", (ROOT / "Makefile").read_text(), re.MULTILINE))
     for page in [*DOC.glob("*.rst"), DOC / "install.md"]:
