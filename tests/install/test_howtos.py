@@ -24,6 +24,7 @@ MADE = {
         "out/nine/grains.pvd",
         "out/lifted/grains.dump",
         "out/ball/grains.dump",
+        "out/mine/grains.png",
     ],
     "howto_peridem_deck": [
         "out/two/in.grains",

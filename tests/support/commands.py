@@ -25,8 +25,8 @@ from peridem import cli
 ROOT = Path(__file__).resolve().parents[2]
 WRITTEN = {"performance.md", "verification.md"}  # by programs
 # what readers have from elsewhere, and words of the shell: their options are not ours
-FOREIGN = {"apt-get", "cd", "cp", "export", "git", "grep", "mkdir", "module", "pip", "pre-commit",
-           "source", "srun"}  # fmt: skip
+FOREIGN = {"apt-get", "cat", "cd", "cp", "export", "git", "grep", "head", "ls", "mkdir", "module",
+           "mv", "pip", "pre-commit", "rm", "sed", "source", "srun", "tail", "touch"}  # fmt: skip
 ASSIGNED = re.compile(r"\w+=.*")
 
 
@@ -259,7 +259,8 @@ def check_lmp(command: Command, words: Sequence[str]) -> str:
     if copied:
         return here(copied[1], ROOT)
     made = f":caption: {script}\n" in text or f"Save them as `{script}`" in text
-    if made or (command.folder / script).is_file():
+    folders = [command.folder, *(ROOT / name for name in re.findall(r"cd (\S+) &&", text))]
+    if made or any((folder / script).is_file() for folder in folders):
         return ""
     program = command.folder / f"{command.folder.name}.py"
     if program.is_file() and "Scene(" in program.read_text() and script == "in.grains":
