@@ -27,12 +27,16 @@ class Case:
         duration: simulated time, s.
         records: LAMMPS variables or vectors, by name.
         grains: how many there are.
+        at_end: names of records of which the last value counts, not the mean over time.
+        repeats: how often the scene is run, each time from a slightly different start.
     """
 
     script: str
     duration: float
     records: dict[str, str]
     grains: int
+    at_end: tuple[str, ...] = ()
+    repeats: int = 8
 
 
 def _solid(gc: float) -> Material:
@@ -118,20 +122,30 @@ write_data {folder / "rest.data"}
     return re.sub(r"(fix lid all peridem/wall plane \S+) \S+ (\S+ +0 -1 0).*", lowered, text)
 
 
-PRESSED = {"force on the wall": "f_lid[2]", "damage": "c_broken", "energy": "f_lid[8]"}
+FORCE = "force on the wall"
+PRESSED = {FORCE: "f_lid[2]", "damage": "c_broken", "work": "f_lid[8]"}
+SUMS = ("damage", "work")  # of all that has happened so far
+FALLING = {FORCE: "f_floor[2]", "height": "c_height[2]", "kinetic energy": "c_moving"}
 
 
 def compression(lmp: Path, folder: Path, quick: bool) -> Case:
     """Fifteen grains pressed until most of them break."""
     duration = 0.4e-3 if quick else 6e-3
-    return Case(heap(folder, 15, 4, 0.35, duration, 3.0), duration, PRESSED, 15)
+    return Case(heap(folder, 15, 4, 0.35, duration, 3.0), duration, PRESSED, 15, SUMS)
+
+
+def pressing(lmp: Path, folder: Path, quick: bool) -> Case:
+    """Fifteen grains that have settled, pressed slowly; they are ten times as strong."""
+    fall, duration = (1e-3, 0.4e-3) if quick else (40e-3, 6e-3)
+    text = heap(folder, 15, 4, 0.1, duration, 300.0, settled_by=lmp, fall=fall)
+    records = {name: PRESSED[name] for name in (FORCE, "work")}
+    return Case(text, duration, records, 15, SUMS)
 
 
 def settling(lmp: Path, folder: Path, quick: bool) -> Case:
     """Thirty grains fall, hit each other and come to rest; nothing breaks."""
     duration = 0.4e-3 if quick else 40e-3
-    records = {"force on the wall": "f_floor[2]", "height": "c_height[2]", "energy": "c_moving"}
-    return Case(heap(folder, 30, 6, 0.0, duration, 50.0), duration, records, 30)
+    return Case(heap(folder, 30, 6, 0.0, duration, 50.0), duration, FALLING, 30, repeats=5)
 
 
 def drum(lmp: Path, folder: Path, quick: bool) -> Case:
@@ -141,7 +155,8 @@ def drum(lmp: Path, folder: Path, quick: bool) -> Case:
     text = source.read_text()
     text = text[: text.index("compute        node")]
     text = re.sub(r"fix +motion all nve", "{perturb}\nfix motion all {motion}", text)
-    records = {"force on the wall": "f_drum[6]", "height": "c_height[2]", "energy": "c_moving"}
+    records = {"torque on the wall": "f_drum[6]", **FALLING}
+    del records[FORCE]
     return Case(text, duration, records, 7)
 
 
@@ -150,12 +165,13 @@ def bed(lmp: Path, folder: Path, quick: bool) -> Case:
     count, columns = (24, 6) if quick else (502, 23)
     fall, duration = (1e-3, 0.3e-3) if quick else (30e-3, 2.5e-3)
     text = heap(folder, count, columns, 0.8, duration, 3.0, settled_by=lmp, fall=fall)
-    return Case(text, duration, PRESSED, count)
+    return Case(text, duration, PRESSED, count, SUMS, repeats=4)
 
 
 CASES: dict[str, Callable[[Path, Path, bool], Case]] = {
-    "compression, 15 grains": compression,
-    "compression, 502 grains": bed,
     "settling, 30 grains": settling,
     "drum, 7 grains": drum,
+    "pressing, 15 grains": pressing,
+    "crushing, 15 grains": compression,
+    "crushing, 502 grains": bed,
 }
