@@ -1,7 +1,7 @@
 """``python -m bench``: measure, write csv files, pictures and the page.
 
 python -m bench                    all parts, into bench/results and doc/performance.md
-python -m bench adapt series       adaptive grains: eight minutes of it
+python -m bench adapt series       adaptive grains: twenty minutes of it
 python -m bench kernels scenes     these parts anew, the others as they were measured before
 python -m bench --quick --output out/bench     small sizes, to try it (a minute)
 """

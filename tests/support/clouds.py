@@ -109,6 +109,12 @@ def join(*parts: Cloud, margin: float = 5.0) -> Cloud:
     return whole
 
 
+def momenta(one: Cloud, x: Array, v: Array) -> Array:
+    """Momentum, and angular momentum about the origin: (6,)."""
+    p = one.mass[:, None] * v
+    return np.append(p.sum(axis=0), np.cross(x, p).sum(axis=0))
+
+
 def lattice(shape: tuple[int, ...], spacing: float = 1.0) -> Array:
     """Points of a square or cubic lattice centred on the origin, shape (n, 3)."""
     axes = [spacing * (np.arange(count) - 0.5 * (count - 1)) for count in shape]

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from support.clouds import Cloud, cloud, join, lattice, rotated
+from support.clouds import Cloud, cloud, join, lattice, momenta, rotated
 from support.oracle import Contact, Solid
 from support.runs import contact_words, lps_words, number
 
@@ -35,12 +35,6 @@ def script(motion: str, law: str = contact_words(LAW), dt: float = 0.02) -> str:
         fix motion all {motion}
         timestep {number(dt)}
         """
-
-
-def momenta(one: Cloud, x: np.ndarray, v: np.ndarray) -> np.ndarray:
-    """Momentum, and angular momentum about the origin."""
-    p = one.mass[:, None] * v
-    return np.append(p.sum(axis=0), np.cross(x, p).sum(axis=0))
 
 
 def test_with_all_grains_awake_it_is_fix_nve_to_the_last_bit(simulation):
