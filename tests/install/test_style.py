@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ast
 import re
 import subprocess
 import sys
@@ -107,3 +108,76 @@ def test_the_hooks_run_the_programs_of_make_lint():
     for program in ("ruff check", "ruff format", "mypy", "clang-format"):
         assert any(f".venv/bin/{program}" in entry for entry in entries), program
         assert program in recipe, program
+
+
+# ---- tests ---------------------------------------------------------------------------------------
+
+
+def functions() -> list[tuple[Path, ast.FunctionDef]]:
+    return [
+        (path, node)
+        for path in sorted((ROOT / "tests").rglob("*.py"))
+        for node in ast.walk(ast.parse(path.read_text()))
+        if isinstance(node, ast.FunctionDef)
+    ]
+
+
+def called(node: ast.AST) -> set[str]:
+    calls = [one.func for one in ast.walk(node) if isinstance(one, ast.Call)]
+    return {getattr(one, "attr", getattr(one, "id", "")) for one in calls}
+
+
+def asserting(found: list[tuple[Path, ast.FunctionDef]]) -> set[ast.FunctionDef]:
+    """Functions with an assertion, or a call of a helper with one."""
+    names: set[str] = {"raises", "warns", "fail"}
+    while True:
+        can_fail = {
+            node
+            for _, node in found
+            if any(isinstance(one, ast.Assert) for one in ast.walk(node))
+            or any(name in names or name.startswith("assert") for name in called(node))
+        }
+        more = {node.name for node in can_fail if not node.name.startswith("test_")} - names
+        if not more:
+            return can_fail
+        names |= more
+
+
+def test_every_test_can_fail():
+    found = functions()
+    can_fail = asserting(found)
+    tests = [(path, node) for path, node in found if node.name.startswith("test_")]
+    assert len(tests) > 800
+    assert [f"{path}: {node.name}" for path, node in tests if node not in can_fail] == []
+    empty = ast.parse("def test_x():\n    run()\ndef run():\n    pass").body
+    assert asserting([(ROOT, node) for node in empty]) == set()
+
+
+def tolerances(node: ast.FunctionDef) -> list[int]:
+    """Lines with a tolerance: of approx and allclose, and small numbers that something is below."""
+    lines = []
+    for one in ast.walk(node):
+        if isinstance(one, ast.keyword) and one.arg in ("rel", "abs", "rtol", "atol"):
+            if getattr(one.value, "value", None):
+                lines.append(one.value.lineno)
+        elif isinstance(one, ast.Compare) and isinstance(one.ops[-1], ast.Lt | ast.LtE):
+            last = one.comparators[-1]
+            small = getattr(last.left if isinstance(last, ast.BinOp) else last, "value", None)
+            if isinstance(small, float) and 0.0 < small < 0.5:
+                lines.append(last.lineno)
+    return lines
+
+
+def test_every_tolerance_has_something_said_about_it():
+    """A comment or a docstring in its test; that it is the reason, a reader has to see."""
+    silent = []
+    for path, node in functions():
+        lines = tolerances(node) if node.name.startswith("test_") else []
+        # rows of the report of verification say why themselves
+        if not lines or ast.get_docstring(node) or "near" in called(node):
+            continue
+        first = min([node.lineno, *(one.lineno for one in node.decorator_list)])
+        body = path.read_text().splitlines()[first - 1 : node.end_lineno]
+        if not any(re.search(r"(?:^|\s)# (?!fmt:|noqa)", line) for line in body):
+            silent.append(f"{path.relative_to(ROOT)}: {node.name}")
+    assert silent == []

@@ -47,6 +47,7 @@ def test_surface_nodes_are_those_on_the_outline(outline):
     made = cloud.mesh(outline, SPACING)
     boundary = outline.boundary(SPACING)
     away = np.sqrt(((made.nodes[:, None] - boundary[None]) ** 2).sum(axis=2)).min(axis=1)
+    # gmsh places nodes to some 1e-12 of the size
     assert (away[made.surface] < 1e-9 * SPACING).all()
     assert made.surface.sum() == len(boundary)
     assert (away[~made.surface] > 0.4 * SPACING).all()
@@ -70,6 +71,7 @@ def test_cells_are_positively_oriented_and_edges_unique():
 def test_placing_scales_volumes_with_the_dimension():
     made = cloud.mesh(shapes.hexagon(1.0), 0.3)
     moved = made.placed((2.0, -1.0), 0.3, 2.0)
+    # rounding: of one product, of distances, of sums over the nodes
     assert moved.volumes == pytest.approx(4.0 * made.volumes, rel=1e-15)
     assert moved.spacing == pytest.approx(2.0 * made.spacing, rel=1e-12)
     assert moved.centroid == pytest.approx((2.0, -1.0), abs=1e-12)
@@ -78,6 +80,7 @@ def test_placing_scales_volumes_with_the_dimension():
 def test_tetrahedra_share_their_volume_among_four_nodes():
     unit = cloud.from_cells(np.vstack([np.zeros(3), np.eye(3)]), [(0, 1, 2, 3)])
     assert unit.dimension == 3
+    # rounding of one division
     assert unit.volumes == pytest.approx(np.full(4, 1.0 / 24.0), rel=1e-15)
     assert unit.surface.all()
 
@@ -87,6 +90,7 @@ def test_a_mesh_file_comes_back(tmp_path, ending, capfd):
     made = cloud.mesh(shapes.triangle(1e-3), 2e-4)
     made.write(tmp_path / f"grain{ending}")
     back = cloud.read(tmp_path / f"grain{ending}")
+    # files hold 16 digits; coordinates that are zero but for rounding
     assert back.nodes == pytest.approx(made.nodes, rel=1e-12, abs=1e-18)
     assert (back.cells == made.cells).all()
     assert back.name == "grain"
@@ -180,6 +184,7 @@ def test_voronoi_volumes_of_a_lattice_are_its_cells():
     )
     made = cloud.from_cells(nodes, cells, volumes="voronoi")
     half = np.outer([0.5, 1, 1, 0.5], [0.5, 1, 1, 1, 0.5]).ravel()
+    # rounding of the corners of the cells
     assert made.volumes == pytest.approx(half, rel=1e-14)
 
 
@@ -224,6 +229,7 @@ def lattice_volume(made):
 def test_a_lattice_fills_a_rectangle_without_a_gap():
     made = cloud.lattice(shapes.rectangle(1.0, 0.6), 0.1)
     assert len(made.nodes) == 60
+    # rounding of the area over the number of nodes
     assert made.volumes == pytest.approx(np.full(60, 0.01), rel=1e-14)
     low, high = made.nodes.min(axis=0), made.nodes.max(axis=0)
     assert (low, high) == (pytest.approx((-0.45, -0.25)), pytest.approx((0.45, 0.25)))
@@ -434,6 +440,7 @@ def test_clouds_are_made_by_name_or_from_a_file(tmp_path):
     assert np.ptp(cloud.make("circle", 1.0, 0.2, kind="hexagonal").volumes) == 0.0
     cloud.make("star", 1.0, 0.2, "voronoi").write(tmp_path / "star.vtu")
     kept = cloud.make(str(tmp_path / "star.vtu"), volumes="file")
+    # files hold 16 digits
     assert kept.volumes == pytest.approx(cloud.make("star", 1.0, 0.2, "voronoi").volumes, rel=1e-12)
     with pytest.raises(ValueError, match="lattice fills named shapes only"):
         cloud.make(str(tmp_path / "star.vtu"), kind="square")

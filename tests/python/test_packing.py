@@ -250,6 +250,7 @@ def test_rigid_motion_is_found_again():
         turn = np.linalg.qr(random.normal(size=(d, d)))[0]
         turn[:, 0] *= np.linalg.det(turn)
         found, shift = settle.rigid_motion(points, points @ turn.T + 2.0)
+        # rounding of sums over the points, of order 1
         assert found == pytest.approx(turn, abs=1e-14) and shift == pytest.approx(2.0, abs=1e-13)
 
 
@@ -365,6 +366,7 @@ def test_table_in_space():
 def test_area_counts_scale():
     rows = [(0, 2.0, 3.0, 1.0, 0.0), (0, 7.0, 3.0, 2.0, 0.0)]
     made = packing.table(OUTLINES, rows, PADDING, BOX)
+    # rounding: circles are exact
     assert made.area == pytest.approx(5.0 * np.pi, rel=1e-14)
     assert made.smallest_gap()[0] == pytest.approx(2.0, rel=1e-14)
 

@@ -61,6 +61,7 @@ def test_script_says_what_the_scene_says():
     assert float(said["horizon"]) == pytest.approx(6e-4) and float(said["gc"]) == 3.0
     (contact,) = [words for words in lines(text, "pair_coeff") if "peridem/contact" in words]
     said = {key: value for key, value in itertools.pairwise(contact)}
+    # scripts hold eight digits
     assert float(said["radius"]) == pytest.approx(made.contact_radius, rel=1e-7)
     assert float(said["friction"]) == 0.3
     fixes = {words[0]: " ".join(words[1:]) for words in lines(text, "fix")}
@@ -78,6 +79,7 @@ def test_a_given_time_step_is_taken_and_divides_the_run():
     assert not any("peridem/timestep" in words for words in lines(text, "fix"))
     (total,), every = lines(text, "run")[0], lines(text, "dump")[0][3]
     assert int(total) * 2.5e-7 == pytest.approx(made.duration)
+    # whole numbers of steps between frames: one more or less
     assert int(total) // int(every) == pytest.approx(made.frames, abs=1)
 
 
@@ -165,6 +167,7 @@ def test_contact_radius_left_out_follows_the_boundary_spacing():
         surface = grain.cloud.nodes[grain.cloud.surface]
         gaps = np.sqrt(((surface[:, None] - surface[None]) ** 2).sum(axis=2))
         spacing.append(gaps[gaps > 0.0].min())
+    # rounding of distances of nodes
     assert made.contact_radius == pytest.approx(0.95 * min(spacing), rel=1e-9)
     assert scenes.two_grains(contact=Contact(radius=1e-4)).contact_radius == 1e-4
 
@@ -280,6 +283,7 @@ def test_forces_push_by_volume_and_place(tmp_path, lmp):
     made = scene.Scene(grains=grains, forces=[force], columns=("fx", "fy"), timestep=2e-8, **BASE)
     dump = run_steps(made, tmp_path, lmp, 1)
     volumes = grains[0].cloud.volumes
+    # dumps and data files hold 13 digits and more
     assert dump[0]["fx"] == pytest.approx(1e9 * made.reference[:, 0] * volumes, rel=1e-12)
     assert dump[0]["fy"] == pytest.approx(2e5 * volumes, rel=1e-12)
 
@@ -368,6 +372,7 @@ def test_walls_of_all_kinds_in_3d(tmp_path, lmp):
     )
     dump = run_steps(made, tmp_path, lmp)
     falls = cube.volumes @ (dump[-1]["vz"]) / cube.volumes.sum()
+    # what gravity adds to 1 m/s in so short a time
     assert falls == pytest.approx(-1.0, abs=1e-3)
     record = results.averages(tmp_path / scene.WALLS)
     assert "f_drum[6]" in record and "v_lid_travel" in record

@@ -166,6 +166,7 @@ def test_irregular_grains_differ_by_seed_and_are_centred(make):
     assert one.measure == same.measure != other.measure
     for grain in (one, other):
         assert grain.reach == pytest.approx(0.5, rel=ROUNDING)
+        # rounding of a sum over the corners, of order 1
         assert np.abs(grain.centroid).max() < 1e-14
 
 

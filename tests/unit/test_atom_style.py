@@ -287,6 +287,7 @@ def test_kinetic_energy_and_weight_use_the_true_mass(simulation, rng):
         """
         )
     )
+    # rounding of a sum over the nodes; of one product
     assert sim.thermo("ke") == pytest.approx(0.5 * np.sum(one.mass[:, None] * one.v**2), rel=1e-13)
     np.testing.assert_allclose(sim.atoms("f")[:, 2], -2.5 * one.mass, rtol=1e-14)
 
@@ -368,6 +369,7 @@ def test_deleting_one_grain_leaves_the_others_as_they_were(simulation, rng):
     sim = simulation().load(one).commands(solid_script(SOLID_3D) + "run 0 post no")
     force = sim.atoms("f")
     sim.commands("group gone type 2\ndelete_atoms group gone compress no\nrun 0 post no")
+    # rounding: forces of order 1 are summed in another order
     np.testing.assert_allclose(sim.atoms("f"), force[:48], rtol=0, atol=1e-13)
 
 

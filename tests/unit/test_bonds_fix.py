@@ -137,6 +137,7 @@ def test_crushed_bonds_are_said_once(part, simulation):
         "timestep 1e-3\nneigh_modify every 1 delay 0 check no\nrun 5"
     )
     said = sim.printed().count("Bonds are compressed to 0.2 of their length (nodes ")
+    # CRUSHED of peridem_bond_watch.cpp
     assert said == (part < 0.25)
 
 

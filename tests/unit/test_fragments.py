@@ -69,6 +69,7 @@ def test_a_partly_broken_grain_equals_the_numpy_model_of_bonds_and_contact(simul
             sim.atoms("f"), expected, rtol=0, atol=1e-12 * np.abs(expected).max()
         )
         energy = state.energy.sum() + contact.energy.sum()
+        # rounding of sums over bonds and contacts
         assert sim.thermo("pe") == pytest.approx(energy, rel=1e-12)
     assert touched > 10
 

@@ -123,6 +123,7 @@ LITERATURE = {
 @pytest.mark.parametrize("influence", INFLUENCES)
 @pytest.mark.parametrize("plane", PLANES)
 def test_micro_modulus_and_s0_of_the_bond_based_solid(plane, influence, simulation):
+    # to the accuracy of the integration, which is that of rounding
     solid = words(influence, plane, f"young {E} gc {GC}")
     got = printed(simulation, "peridem/pmb", plane, solid)
     d = 3 if plane == "3D" else 2

@@ -101,6 +101,7 @@ def test_any_two_moduli_give_the_same_pair():
     for a in range(4):
         for b in range(a + 1, 4):
             given = {name: values[name] for name in (names[a], names[b])}
+            # rounding of formulas of few terms, some with differences
             assert oracle.bulk_shear(**given) == pytest.approx((k, g), rel=1e-13)
     with pytest.raises(ValueError, match="two moduli"):
         oracle.bulk_shear(bulk=1.0)

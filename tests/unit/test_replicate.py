@@ -117,6 +117,7 @@ def test_ranks_make_the_same_copies(mpi, rng):
         states.append(np.array([row.split() for row in rows], float))
     for state in states[1:]:
         np.testing.assert_array_equal(state[:, 1], states[0][:, 1])
+        # rounding: ranks sum in another order
         np.testing.assert_allclose(state, states[0], rtol=0, atol=1e-12)
 
 

@@ -230,6 +230,7 @@ def test_fix_timestep_takes_the_safe_fraction_of_the_stable_step(simulation, rng
             )
         )
         steps[words] = sim.thermo("dt") / dt_scalar(sim)
+    # rounding of a quotient: the step is found once
     assert steps[""] == pytest.approx(0.8, rel=1e-12)
     assert steps["safety 0.5"] == pytest.approx(0.5, rel=1e-12)
 
@@ -360,6 +361,7 @@ def flying(simulation, speed: float):
 
 def test_the_step_of_speeds_is_a_tenth_of_the_contact_distance_over_the_fastest_node(simulation):
     sim = flying(simulation, 3.0).commands("run 0 post no")
+    # rounding of a formula of few terms
     assert dt_vector(sim)[3] == pytest.approx(0.1 * 0.8 / 3.0, rel=1e-14)
     assert dt_scalar(sim) > 2.0 * dt_vector(sim)[3]
 

@@ -106,6 +106,7 @@ def test_the_spring_is_forgotten_when_contact_is_lost(simulation):
     sim.commands("run 1 post no")
     sim.lmp.numpy.extract_atom("x")[:count][order] = held
     sim.commands("run 10 post no")
+    # rounding of positions of order 1, from whose differences the slip comes
     assert sim.atoms("f")[0, 0] == pytest.approx(RATIO * 5.0 * 0.2 * DT * 10, rel=1e-9)
 
 
@@ -114,6 +115,7 @@ def test_runs_in_pieces_neither_stretch_nor_lose_the_spring(simulation):
     pieces = wall_dragged(simulation)
     for _ in range(6):
         pieces.commands("run 10 post no\nrun 0 post no")
+    # rounding: the same steps, sums of few terms
     np.testing.assert_allclose(pieces.atoms("f"), whole, rtol=1e-13)
 
 

@@ -165,6 +165,7 @@ def test_a_turned_drum_acts_as_the_still_one_on_nodes_turned_back(
     turned = rotated(x - (1, 2, 0), turn) + np.array([1, 2, 0])
     script = f"variable turn equal {turn}\n" + DRUM.format(motion="rotate v_turn 1 2 0 0 0 3")
     got = beside(simulation, turned, script + walls + "run 0 post no", dimension).atoms("f")
+    # rounding of turned positions times the spring
     np.testing.assert_allclose(got, rotated(drum_force(x), turn), rtol=0, atol=1e-11)
 
 
@@ -302,6 +303,7 @@ def test_a_plane_moves_as_variables_say_also_through_runs_in_pieces(simulation):
         sim.commands("run 25 post no")
         rate = (way(step) - way(step - 1)) / DT
         expected = SPRING * way(step) + 0.2 * rate
+        # rates are differences of LAMMPS's variables over a step
         assert sim.atoms("f")[0, 1] == pytest.approx(expected, rel=1e-10)
 
 
@@ -314,6 +316,7 @@ def test_a_growing_cylinder_carries_its_speed(simulation):
     """
     got = beside(simulation, [[3.3, 0]], script, 2).atoms("f")[0, 0]
     gap = 4 - 0.5 * DT * 20 - 3.3
+    # the speed of the surface is a difference of radii over a step
     assert got == pytest.approx(-SPRING * (1 - gap) - 0.4 * 0.5, rel=1e-10)
 
 
@@ -405,6 +408,7 @@ def test_reaction_and_torque_about_the_axis_that_moves_along(simulation, rng):
     torque = -np.cross(foot - axis, force).sum(axis=0)
     np.testing.assert_allclose(output[3:6], torque, rtol=0, atol=scale)
     gap = 4.0 - np.linalg.norm(out, axis=1)
+    # rounding of positions of order 4 in a small overlap
     assert output[6] == pytest.approx(1.0 - gap.min(), rel=1e-11)
     assert abs(torque[2]) > 1.0
 

@@ -56,6 +56,7 @@ def free_nodes(loaded):
 
 def test_nodes_and_volumes_are_the_same(loaded, recording):
     state = recording.at(0)
+    # recorded states hold 16 digits; placing turns and scales in another order
     assert loaded.scene.reference == pytest.approx(state.reference[:, :2], rel=1e-13, abs=1e-17)
     volumes = np.concatenate([grain.cloud.volumes for grain in loaded.scene.grains])
     assert volumes == pytest.approx(state.volume, rel=1e-13)
