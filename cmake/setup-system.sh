@@ -28,14 +28,6 @@ cxx17() {
     "$cxx" -std=c++17 -fsyntax-only -x c++ - >/dev/null 2>&1
 }
 
-eigen() {
-  local dir
-  for dir in /usr/include/eigen3 /usr/local/include/eigen3 "${EIGEN3_INCLUDE_DIR:-/nowhere}"; do
-    [ -f "$dir/Eigen/Core" ] && return 0
-  done
-  has pkg-config && pkg-config --exists eigen3
-}
-
 certificates() { [ -n "${SSL_CERT_FILE:-}" ] || [ -s /etc/ssl/certs/ca-certificates.crt ] ||
                  [ -s /etc/pki/tls/certs/ca-bundle.crt ] || [ -s /etc/ssl/cert.pem ]; }
 
@@ -72,7 +64,6 @@ look() {
   need 'make'                'make'                         has make
   need 'an MPI compiler'     'libopenmpi-dev openmpi-bin'   has mpicxx
   need 'mpirun'              'openmpi-bin'                  has mpirun
-  need 'Eigen 3'             'libeigen3-dev'                eigen
   need 'xz'                  'xz-utils'                     has xz
   need 'TLS certificates'    'ca-certificates'              certificates
   need 'Python 3.10 to 3.13 that can make virtual environments' \
