@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import argparse
+import difflib
 import signal
 import sys
 from collections.abc import Callable, Sequence
 from pathlib import Path
+from typing import NoReturn
 
 from peridem import __version__
 
@@ -103,7 +105,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command line; returns the exit status (``peridem --help`` lists them)."""
     from peridem.run import RunError
 
-    options = parser().parse_args(arguments)
+    options, rest = parser().parse_known_args(arguments)
+    if rest:
+        _unrecognized(options.parser, rest)
     try:
         return int(options.work(options))
     except RunError as error:
@@ -119,6 +123,15 @@ def main(arguments: Sequence[str] | None = None) -> int:
         return 128 + signal.SIGINT
 
 
+def _unrecognized(command: argparse.ArgumentParser, words: Sequence[str]) -> NoReturn:
+    """Ends with the usage of the command, and what may have been meant."""
+    said = []
+    for word in words:
+        close = difflib.get_close_matches(word, command._option_string_actions, 1)
+        said.append(f"{word} (did you mean {close[0]}?)" if close else word)
+    command.error(f"unrecognized arguments: {' '.join(said)}")
+
+
 # ---- options -------------------------------------------------------------------------------------
 
 
@@ -128,13 +141,15 @@ def _command(
     what: str,
     examples: str,
 ) -> argparse.ArgumentParser:
-    return commands.add_parser(
+    made = commands.add_parser(
         name,
         help=what,
         description=what[0].upper() + what[1:] + ".",
         epilog=examples,
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
+    made.set_defaults(parser=made)
+    return made
 
 
 def _add_run(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
@@ -146,14 +161,14 @@ def _add_run(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> N
     _add_after(run)
     run.add_argument("--resume", action="store_true", help="go on from the newest restart file")
     run.add_argument("--checkpoint", type=int, metavar="N", help="steps between restart files")
-    run.add_argument("--lmp", type=Path, help="the lmp program")
+    run.add_argument("--lmp", type=Path, help="the program ($LAMMPS_LMP, build/lmp, lmp)")
     run.add_argument(
         "--var",
         nargs=2,
         action="append",
         default=[],
         metavar=("NAME", "VALUE"),
-        help="a variable of the script",
+        help="a variable of the script (-var of lmp)",
     )
     run.add_argument("--in-process", action="store_true", help="with the lammps module")
     run.add_argument("-q", "--quiet", action="store_true", help="no progress bar")
@@ -164,7 +179,9 @@ def _add_convert(commands: argparse._SubParsersAction[argparse.ArgumentParser]) 
     convert = _command(commands, "convert", "write the LAMMPS input of a deck or scene", CONVERT)
     convert.add_argument("path", type=Path, help="a deck (.yaml) or a scene (.py)")
     convert.add_argument("-o", "--output", type=Path, help="folder (out/NAME)")
-    convert.add_argument("--as-published", action="store_true", help="as PeriDEM computes it")
+    convert.add_argument(
+        "--as-published", action="store_true", help="a deck as PeriDEM computes it"
+    )
     _add_after(convert)
     convert.set_defaults(work=_at_once(_convert))
 
@@ -209,7 +226,7 @@ def _add_plot(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> 
     plot.add_argument("--wall", help="its name, if several move")
     kind = plot.add_mutually_exclusive_group()
     kind.add_argument("--thermo", nargs="+", metavar="COLUMN", help="columns of the log")
-    kind.add_argument("--fragments", action="store_true", help="grading curves")
+    kind.add_argument("--fragments", action="store_true", help="sizes of fragments")
     plot.add_argument("-o", "--output", type=Path, help="picture (FOLDER/stress.png, ...)")
     plot.set_defaults(work=_plot)
 
@@ -261,6 +278,9 @@ def _at_once(work: Callable[[argparse.Namespace], int]) -> Callable[[argparse.Na
 def _run(options: argparse.Namespace) -> int:
     from peridem import cli_source, run
 
+    run.check(options.ranks, options.checkpoint)
+    if not options.in_process:
+        run.find_lmp(options.lmp)  # before a deck is read, which may take a while
     script, said = cli_source.script_of(
         options.path, options.output, options.as_published, options.resume, options.after
     )

@@ -33,8 +33,10 @@ def info(path: Path) -> list[str]:
 
 
 def _folder(path: Path) -> list[str]:
-    lines = []
-    for script in sorted(path.glob("in.*")):
+    lines, scripts = [], sorted(path.glob("in.*"))
+    if not scripts and not any(path.glob("*.dump*")) and not any(path.glob("*.bin")):
+        raise FileNotFoundError(f"no run in {path.resolve()}: neither in.* nor a dump")
+    for script in scripts:
         lines += _script(script)
     output = Output(path)
     lines += [f"title: {output.title}", *_dump(output.dump.path)]

@@ -72,6 +72,8 @@ def convert(
     Returns:
         The path of the script, and the report on a deck, line by line.
     """
+    if path.is_dir():
+        raise ValueError(f"{path.resolve()} is a folder; a scene (.py) or a deck (.yaml) needed")
     if not path.is_file():
         raise FileNotFoundError(f"no file {path}")
     if after is not None and after.resolve() == folder.resolve():

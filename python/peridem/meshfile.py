@@ -103,6 +103,11 @@ def write_mesh(cloud: Cloud, path: str | Path) -> None:
     points = np.zeros((len(cloud.nodes), 3))
     points[:, : cloud.dimension] = cloud.nodes
     kind = {2: "triangle", 3: "tetra"}[cloud.dimension]
+    if path.suffix not in meshio.extension_to_filetypes:
+        raise ValueError(
+            f"{path} cannot be written: no mesh format ends in '{path.suffix}'; .msh, .vtu, .vtk, "
+            ".inp do, and what else meshio knows"
+        )
     mesh = meshio.Mesh(points, [(kind, cloud.cells)])
     try:
         if path.suffix == ".msh":

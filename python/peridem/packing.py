@@ -413,34 +413,10 @@ def layered(
     for number, layer in enumerate(layers, 1):
         slab = within.slab(bottom, min(bottom + layer.height, float(within.high[-1])))
         bottom += layer.height
-        one = seed + number - 1
         try:
-            if layer.kind is None:
-                part = fill(
-                    outlines,
-                    layer.fraction,
-                    slab,
-                    padding,
-                    one,
-                    attempts,
-                    layer.shares,
-                    layer.sizes,
-                    layer.orientation,
-                )
-            else:
-                part = random_sequential(
-                    outlines,
-                    layer.kind,
-                    slab,
-                    padding,
-                    one,
-                    attempts,
-                    layer.sizes,
-                    layer.orientation,
-                )
+            made.append(_layer(outlines, layer, slab, padding, seed + number - 1, attempts))
         except ValueError as error:
             raise ValueError(f"layer {number}: {error}") from error
-        made.append(part)
     return Packing(
         tuple(outlines),
         np.concatenate([part.kind for part in made]),
@@ -449,6 +425,21 @@ def layered(
         np.concatenate([part.scale for part in made]),
         within,
     )
+
+
+def _layer(
+    outlines: Sequence[Shape],
+    layer: Layer,
+    slab: Container,
+    padding: float,
+    seed: int,
+    attempts: int,
+) -> Packing:
+    """The grains of one layer: so many of each kind, or up to a fraction."""
+    how = layer.sizes, layer.orientation
+    if layer.kind is not None:
+        return random_sequential(outlines, layer.kind, slab, padding, seed, attempts, *how)
+    return fill(outlines, layer.fraction, slab, padding, seed, attempts, layer.shares, *how)
 
 
 def deposited(

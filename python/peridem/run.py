@@ -97,6 +97,18 @@ def find_lmp(lmp: str | Path | None = None) -> Path:
     return Path(on_path)
 
 
+def check(ranks: int, checkpoint: int | None) -> None:
+    """Refuse what no run can have.
+
+    Raises:
+        ValueError: less than one process, or pieces of less than one step.
+    """
+    if ranks < 1:
+        raise ValueError(f"ranks must be at least 1, not {ranks}")
+    if checkpoint is not None and checkpoint < 1:
+        raise ValueError(f"steps between checkpoints must be at least 1, not {checkpoint}")
+
+
 def find_script(path: str | Path) -> Path:
     """The input script itself, or the only ``in.*`` file of a folder.
 
@@ -107,9 +119,11 @@ def find_script(path: str | Path) -> Path:
     path = Path(path)
     if path.is_file():
         return path
-    scripts = sorted(path.glob("in.*")) if path.is_dir() else []
+    if not path.is_dir():
+        raise FileNotFoundError(f"no input script {path}, nor a folder with one")
+    scripts = sorted(path.glob("in.*"))
     if not scripts:
-        raise FileNotFoundError(f"no input script at {path}")
+        raise FileNotFoundError(f"no input script in.* in the folder {path.resolve()}")
     if len(scripts) > 1:
         raise ValueError(f"several input scripts in {path}: {', '.join(s.name for s in scripts)}")
     return scripts[0]
@@ -141,8 +155,7 @@ def run(
         RunError: LAMMPS failed, or is not there.
         FileNotFoundError, ValueError: there is no script, or nothing to go on from.
     """
-    if ranks < 1:
-        raise ValueError(f"ranks must be at least 1, not {ranks}")
+    check(ranks, checkpoint)
     job = _Job.make(find_script(script).resolve(), resume, checkpoint)
     command = [str(find_lmp(lmp)), "-in", job.copy.name, *_log_words(resume), "-screen", "none"]
     command += _variables(variables)
@@ -265,9 +278,11 @@ class _Job:
     @classmethod
     def make(cls, script: Path, resume: bool, checkpoint: int | None) -> _Job:
         """Check and prepare; nothing is written yet."""
-        if checkpoint is not None and checkpoint < 1:
-            raise ValueError(f"steps between checkpoints must be at least 1, not {checkpoint}")
-        text = script.read_text()
+        check(1, checkpoint)
+        try:
+            text = script.read_text()
+        except UnicodeDecodeError as error:
+            raise ValueError(f"{script} is no text file, so no input script") from error
         point = run_journal.resume_point(script) if resume else None
         total = total_steps(text, script.parent)
         prepared = prepare(

@@ -211,6 +211,20 @@ def _data(bodies: _Bodies, box: Container) -> str:
     return "\n".join(lines) + "\n"
 
 
+def _walls(bodies: _Bodies, box: Container) -> list[str]:
+    """Planes at the ends of the box in the directions in which it does not repeat."""
+    walls = []
+    for axis in range(bodies.dimension):
+        if box.periodic[axis]:
+            continue
+        for side, where, sign in (("low", bodies.low, 1), ("high", bodies.high, -1)):
+            point, normal = np.zeros(3), np.zeros(3)
+            point[axis], normal[axis] = where[axis], sign
+            numbers = " ".join(f"{v:.15g}" for v in (*point, *normal))
+            walls.append(f"fix {side}{axis} all peridem/wall plane {numbers}")
+    return walls
+
+
 def _script(bodies: _Bodies, box: Container, friction: float) -> str:
     d, spring, step = bodies.dimension, bodies.spring, bodies.step
     lightest, heaviest = float(bodies.masses.min()), float(bodies.masses.max())
@@ -220,15 +234,6 @@ def _script(bodies: _Bodies, box: Container, friction: float) -> str:
     contact += f" damping {0.2 * math.sqrt(spring * lightest):.12g}"
     if friction:
         contact += f" friction {friction:.12g} tangential history"
-    walls = []
-    for axis in range(d):
-        if box.periodic[axis]:
-            continue
-        for side, where, sign in (("low", bodies.low, 1), ("high", bodies.high, -1)):
-            point, normal = np.zeros(3), np.zeros(3)
-            point[axis], normal[axis] = where[axis], sign
-            numbers = " ".join(f"{v:.15g}" for v in (*point, *normal))
-            walls.append(f"fix {side}{axis} all peridem/wall plane {numbers}")
     # drag on each node that gives the heaviest grain its final speed
     drag = heaviest / (np.bincount(bodies.grain).max() * SPEED)
     fall = 2.0 + bodies.fall / SPEED
@@ -246,7 +251,7 @@ pair_style peridem/contact
 pair_coeff * * radius {bodies.contact_radius:.12g} {contact} fragments no
 neighbor {0.3 * bodies.contact_radius:.8g} bin
 neigh_modify every 1 delay 0 check yes exclude molecule/intra all
-{chr(10).join(walls)}
+{chr(10).join(_walls(bodies, box))}
 fix drag all viscous {drag:.12g}
 fix bodies all rigid/small molecule
 timestep {step:.8g}

@@ -7,6 +7,7 @@ so that grains of one radius take about the same room.
 
 from __future__ import annotations
 
+import difflib
 import math
 from collections.abc import Callable
 from pathlib import Path
@@ -309,7 +310,9 @@ def named(name: str, radius: float) -> Shape:
         ValueError: there is none of this name; it says which there are.
     """
     if name not in NAMED:
-        raise ValueError(f"no shape '{name}': one of {', '.join(NAMED)} needed")
+        close = difflib.get_close_matches(name, NAMED, 1)
+        hint = f" (did you mean {close[0]}?)" if close else ""
+        raise ValueError(f"no shape '{name}'{hint}: one of {', '.join(NAMED)} needed")
     return NAMED[name](radius)
 
 

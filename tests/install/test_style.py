@@ -83,6 +83,35 @@ def test_no_cpp_function_is_longer_than_a_screen():
         assert not long_functions(path.read_text()), path
 
 
+def long_python(text: str) -> list[str]:
+    """Functions that are longer than a screen without their docstrings."""
+    found = []
+    for node in ast.walk(ast.parse(text)):
+        if not isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef):
+            continue
+        first, last = node.body[0], node.end_lineno or 0
+        said = ast.get_docstring(node, clean=False) is not None
+        lines = last - node.lineno + 1 - said * ((first.end_lineno or 0) - first.lineno + 1)
+        if lines > SCREEN:
+            found.append(f"{node.name} ({lines} lines)")
+    return found
+
+
+def test_no_python_function_is_longer_than_a_screen():
+    short, long = (
+        "\n".join(["def f():", '    """Says', '    so."""', *["    x = 1"] * n]) for n in (49, 50)
+    )
+    assert not long_python(short) and long_python(long) == ["f (51 lines)"]
+    paths = [
+        path
+        for folder in ("python/peridem", "examples", "bench", "doc", "tests")
+        for path in sorted((ROOT / folder).rglob("*.py"))
+    ]
+    assert len(paths) > 150
+    for path in paths:
+        assert not long_python(path.read_text()), path
+
+
 def test_the_citation_names_the_software_and_its_paper():
     """Fields that the Citation File Format 1.2.0 demands, and the numbers that must agree."""
     cff = yaml.safe_load((ROOT / "CITATION.cff").read_text())

@@ -120,6 +120,18 @@ def test_version_and_unknown_command():
     assert wrong.returncode == 2 and "invalid choice: 'crush'" in wrong.stderr
 
 
+def test_a_wrong_option_shows_the_command_and_what_was_meant(capsys):
+    for words, told in (
+        (["convert", "a.yaml", "--as_published"], "--as_published (did you mean --as-published?)"),
+        (["info", "a.yaml", "b.yaml"], "unrecognized arguments: b.yaml"),
+    ):
+        with pytest.raises(SystemExit) as ended:
+            main(words)
+        assert ended.value.code == 2
+        shown = capsys.readouterr().err
+        assert shown.startswith(f"usage: peridem {words[0]} ") and told in shown
+
+
 def test_mesh_is_made_and_read_back(tmp_path):
     made = peridem(
         "mesh", "drum", "--radius", "1e-3", "--spacing", "2e-4", "-o", tmp_path / "drum.msh"
@@ -140,13 +152,16 @@ def test_errors_are_one_line_and_exit_1(tmp_path, capsys):
     (tmp_path / "other.py").write_text("def make_scene():\n    return 5\n")
     (tmp_path / "bad.yaml").write_text("Model: [\n")
     (tmp_path / "x.png").write_bytes(b"png")
+    (tmp_path / "binary.lmp").write_bytes(b"\xd0\xff\x00")
     (tmp_path / "good.py").write_text(SCENE)
-    for kind in ("msh", "vtu", "stl", "foo"):
-        (tmp_path / f"noise.{kind}").write_text("noise\n")
-    for arguments, words in (
-        (("mesh", "blob"), "no shape 'blob'"),
-        (("mesh", tmp_path / "none.msh"), "no mesh file"),
+    rows = (
         (("run", tmp_path / "in.none"), "no input script"),
+        (("run", tmp_path), "no input script in.* in the folder"),
+        (("run", tmp_path / "binary.lmp"), "binary.lmp is no text file"),
+        (("run", tmp_path / "good.py", "-np", "0"), "ranks must be at least 1"),
+        (("run", tmp_path / "good.py", "--checkpoint", "0"), "checkpoints must be at least 1"),
+        (("convert", tmp_path), "is a folder; a scene (.py) or a deck (.yaml) needed"),
+        (("info", tmp_path), "neither in.* nor a dump"),
         (("run", tmp_path / "none.yaml"), "none.yaml"),
         (("run", tmp_path / "bad.yaml"), "bad.yaml"),
         (("run", tmp_path / "fails.py"), "fails.py, line 3: division by zero"),
@@ -162,6 +177,21 @@ def test_errors_are_one_line_and_exit_1(tmp_path, capsys):
         (("render", good, "--frames", "7"), "no frame 7"),
         (("render", tmp_path / "nowhere"), "no folder"),
         (("plot", tmp_path), "no dump file"),
+        (("convert", tmp_path / "good.py", "-o", tmp_path / "x.png"), "x.png: File exists"),
+        (("info", tmp_path / "x.png"), "not of a kind that is known"),
+        (("info", tmp_path / "nothing"), "no file or folder"),
+    )
+    refused_in_one_line(rows, capsys)
+
+
+def test_errors_of_meshes_are_one_line_and_exit_1(tmp_path, capsys):
+    for kind in ("msh", "vtu", "stl", "foo"):
+        (tmp_path / f"noise.{kind}").write_text("noise\n")
+    rows = (
+        (("mesh", "blob"), "no shape 'blob': one of"),
+        (("mesh", "circel"), "no shape 'circel' (did you mean circle?)"),
+        (("mesh", "circle", "-o", tmp_path / "x.foo"), "no mesh format ends in '.foo'; .msh"),
+        (("mesh", tmp_path / "none.msh"), "no mesh file"),
         (("mesh", "hexagon", "--spacing", "0"), "spacing must be above 0"),
         (("mesh", "hexagon", "--spacing", "1e-9"), "nodes, and at most 5,000,000 are made"),
         (("mesh", "sphere", "--spacing", "1e-9", "--lattice", "fcc"), "a larger spacing needed"),
@@ -170,10 +200,13 @@ def test_errors_are_one_line_and_exit_1(tmp_path, capsys):
         (("mesh", tmp_path / "noise.stl"), "noise.stl cannot be read as a mesh"),
         (("mesh", tmp_path / "noise.foo"), "noise.foo cannot be read as a mesh"),
         (("mesh", "circle", "-o", tmp_path / "no" / "x.msh"), "x.msh"),
-        (("convert", tmp_path / "good.py", "-o", tmp_path / "x.png"), "x.png: File exists"),
-        (("info", tmp_path / "x.png"), "not of a kind that is known"),
-        (("info", tmp_path / "nothing"), "no file or folder"),
-    ):
+    )
+    refused_in_one_line(rows, capsys)
+
+
+def refused_in_one_line(rows, capsys):
+    """Each row: words of a command line, and what it must say as it ends with status 1."""
+    for arguments, words in rows:
         assert main([str(argument) for argument in arguments]) == 1, arguments
         shown = capsys.readouterr()
         assert words in shown.err and len(shown.err.splitlines()) == 1, shown.err

@@ -772,8 +772,10 @@ def test_a_deck_of_one_particle_needs_no_zones(tmp_path):
         ("Contact.Zone_12.Epsilon", 1.5, r"must lie in (0, 1], not 1.5"),
         ("Contact.Zone_12.Friction_Coeff", None, "Friction_Coeff is missing"),
         ("Displacement_BC.Set_1.Particle_List", [7], "particle 7 of 3"),
-        ("Displacement_BC.Set_1.Direction", [4], "directions 1, 2 or 3 needed"),
-        ("Displacement_BC.Sets", 2, "Set_2 is missing"),
+        ("Displacement_BC.Set_1.Direction", [4], "directions 1 or 2 needed, not 4"),
+        ("Displacement_BC.Set_1.Direction", [3], "directions 1 or 2 needed, not 3"),
+        ("Displacement_BC.Sets", 2, "Set_2 is missing: Sets is 2"),
+        ("Restart", {"File": "no", "Step": 1}, "--after FOLDER goes on from a run of the first"),
         ("IC.Constant_Velocity.Particle_List", [9], "particle 9 of 3"),
         ("Material.Zone_1.Horizon", 1e-5, "have no other within the horizon"),
     ],
@@ -785,6 +787,15 @@ def test_bad_decks_are_refused_in_one_line(tmp_path, key, value, words):
     message = str(caught.value)
     assert words in message and "\n" not in message
     assert message.startswith(str(path))
+
+
+def test_what_means_nothing_is_said(tmp_path):
+    changes = {"Displacement_BC__Set_1__Direction": [1, 2, 3], "Output__Output_Interval": 0}
+    text = "\n".join(deck.load(write(tmp_path, COLLISION, **changes)).report)
+    assert "Displacement_BC.Set_1.Direction: 3 means nothing in 2D" in text
+    assert "Output.Output_Interval: 0: the first and the last state are written" in text
+    with pytest.raises(DeckError, match=r"Set_2 is missing: Sets is 2$"):  # Set_1 is not meant
+        deck.load(write(tmp_path, COLLISION, Displacement_BC__Sets=2))
 
 
 def test_the_line_of_an_error_is_right(tmp_path):

@@ -148,6 +148,14 @@ class Bonds:
         return len(self.i)
 
 
+def partial_volume(solid: Solid, length: Array, delta: Array, cell: Array) -> Array:
+    """The part of a cell that lies within the horizon: 1 inside, linear over its size."""
+    if not solid.taper:
+        return np.ones_like(length)
+    h = cell if solid.taper_length is None else solid.taper_length
+    return np.where(length <= delta - 0.5 * h, 1.0, (delta + 0.5 * h - length) / h)
+
+
 def families(
     reference: Array,
     volume: Array,
@@ -177,12 +185,8 @@ def families(
     i, j, length, delta = i[near], j[near], length[near], delta[near]
 
     weight = first.weight(length, delta)
-    if first.taper:
-        cell = volume ** (1.0 / dimension)
-        h = 0.5 * (cell[i] + cell[j]) if first.taper_length is None else first.taper_length
-        part = np.where(length <= delta - 0.5 * h, 1.0, (delta + 0.5 * h - length) / h)
-    else:
-        part = np.ones_like(length)
+    cell = volume ** (1.0 / dimension)
+    part = partial_volume(first, length, delta, 0.5 * (cell[i] + cell[j]))
     node = {
         name: np.array([getattr(solids[int(t)], name) for t in types], dtype=float)
         for name in ("d", "lame", "shear", "s0", "viscosity")

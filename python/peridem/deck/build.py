@@ -145,8 +145,8 @@ def build(root: Block, report: Report, as_published: bool, after: Path | None = 
         model,
         particles,
         specs,
-        sections.load_sets(root, "Displacement_BC", model, walls),
-        sections.load_sets(root, "Force_BC", model, walls),
+        sections.load_sets(root, "Displacement_BC", model, walls, report),
+        sections.load_sets(root, "Force_BC", model, walls, report),
         None if after else restart(root, model, [len(body.cloud.nodes) for body in particles]),
     )
     for load in plan.displacements:

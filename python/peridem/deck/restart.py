@@ -67,6 +67,7 @@ def _point_data(block: Block) -> dict[str, Any]:
     name = Path(block.text("File"))
     folder = block.path.resolve().parent
     places = [folder / name, folder / name.name, folder.parent / "out" / name.name]
+    places = list(dict.fromkeys(places))
     for place in places:
         for path in (place, place.with_name(place.name + ".vtu")):
             if path.is_file():
@@ -74,7 +75,7 @@ def _point_data(block: Block) -> dict[str, Any]:
     looked = ", ".join(str(place) for place in places)
     raise DeckError(
         f"{block.path}:{block.place('File')[0]}: Restart.File: no file {name}, with or without "
-        f".vtu (looked for {looked})"
+        f".vtu (looked for {looked}); --after FOLDER goes on from a run of the first deck instead"
     )
 
 

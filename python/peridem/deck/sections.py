@@ -297,7 +297,9 @@ class LoadSet:
         return self.zero or (self.time == "constant" and not any(self.time_values[:1]))
 
 
-def load_sets(root: Block, name: str, model: Model, walls: list[int]) -> list[LoadSet]:
+def load_sets(
+    root: Block, name: str, model: Model, walls: list[int], report: Report
+) -> list[LoadSet]:
     """The sets of ``Displacement_BC`` or ``Force_BC``.
 
     Args:
@@ -305,6 +307,7 @@ def load_sets(root: Block, name: str, model: Model, walls: list[int]) -> list[Lo
         name: of the section.
         model: of the deck.
         walls: numbers of the particles that are walls, for ``Wall_List`` of the old syntax.
+        report: where it is said what has no meaning.
     """
     section = root.block(name)
     count = section.whole("Sets", 0)
@@ -313,11 +316,11 @@ def load_sets(root: Block, name: str, model: Model, walls: list[int]) -> list[Lo
         key = f"Set_{number}"
         if key not in section:
             raise section.missing(key, f"Sets is {count}")
-        sets.append(_load_set(section.block(key), name, model, walls))
+        sets.append(_load_set(section.block(key), name, model, walls, report))
     return sets
 
 
-def _load_set(block: Block, name: str, model: Model, walls: list[int]) -> LoadSet:
+def _load_set(block: Block, name: str, model: Model, walls: list[int], report: Report) -> LoadSet:
     block.skip("Selection_Type")  # follows from what is given
     particles: tuple[int, ...] | None = tuple(block.wholes("Particle_List"))
     for number in block.wholes("Wall_List"):
@@ -331,10 +334,7 @@ def _load_set(block: Block, name: str, model: Model, walls: list[int]) -> LoadSe
         particles = None
         if region is None and not model.single:
             raise block.missing("Particle_List", "particles, or a Region, are needed")
-    directions = tuple(d - 1 for d in block.wholes("Direction"))
-    if not directions or not all(0 <= d < 3 for d in directions):
-        raise block.error("Direction", "directions 1, 2 or 3 needed")
-    directions = tuple(d for d in directions if d < model.dimension)
+    directions = _directions(block, model, report)
     zero = name == "Displacement_BC" and block.flag("Zero_Displacement")
     function, values = _function(block, "Time_Function", TIME_FUNCTIONS[name], zero)
     space, space_values = _function(block, "Spatial_Function", SPACE_FUNCTIONS, True)
@@ -352,6 +352,21 @@ def _load_set(block: Block, name: str, model: Model, walls: list[int]) -> LoadSe
         zero,
         block,
     )
+
+
+def _directions(block: Block, model: Model, report: Report) -> tuple[int, ...]:
+    """Directions from 0; in 2D without the third one."""
+    given = block.wholes("Direction")
+    known = tuple(d - 1 for d in given if 1 <= d <= model.dimension)
+    if not known or not all(1 <= d <= 3 for d in given):
+        wanted = "1 or 2" if model.dimension == 2 else "1, 2 or 3"
+        raise block.error(
+            "Direction",
+            f"directions {wanted} needed, not {', '.join(map(str, given)) or 'none'}",
+        )
+    if len(known) < len(given):
+        report.add(block.place("Direction"), "3 means nothing in 2D")
+    return known
 
 
 def _function(
@@ -394,6 +409,8 @@ def output(root: Block, report: Report) -> Output:
     block = root.block("Output")
     interval = block.whole("Output_Interval", 0) or None
     records = block.whole("Test_Output_Interval", 0) or None
+    if "Output_Interval" in block and interval is None:
+        report.add(block.place("Output_Interval"), "0: the first and the last state are written")
     reasons = {
         "Path": "outputs go to the folder of the run",
         "File_Format": "dumps are text; peridem render writes .vtu for ParaView",

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import difflib
 import math
+import re
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -86,7 +87,11 @@ class Block:
 
     def missing(self, key: str, what: str) -> DeckError:
         """An error about a key that is not there; it names one that looks alike."""
-        close = difflib.get_close_matches(key, self._values, 1)
+        letters = re.sub(r"\d", "", key)  # Set_1 is not meant where Set_2 is missing
+        others = [
+            k for k in self._values if k not in self._read and re.sub(r"\d", "", k) != letters
+        ]
+        close = difflib.get_close_matches(key, others, 1)
         hint = f" (did you mean {key} where it says '{close[0]}'?)" if close else ""
         inside = self._name() or "the deck"
         return DeckError(f"{self.path}:{self.line}: {inside}: {key} is missing: {what}{hint}")

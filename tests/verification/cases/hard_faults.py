@@ -146,7 +146,12 @@ def no_memory(lab: Lab, side: int, steps: int) -> Outcome:
         ),
     ]
     sim.at(one.reference, 0 * one.x)
-    rows += [
+    return Outcome(rows + back_at_its_reference(sim, start, damage))
+
+
+def back_at_its_reference(sim: Simulation, start: float, damage: float) -> list[Row]:
+    """A grain with broken bonds, put back: nothing but the damage tells of what was."""
+    return [
         below(
             "grain put back to its reference: potential energy / all energy",
             sim.thermo("pe") / start,
@@ -166,7 +171,6 @@ def no_memory(lab: Lab, side: int, steps: int) -> Outcome:
             why="broken for ever",
         ),
     ]
-    return Outcome(rows)
 
 
 # --- two ranks -----------------------------------------------------------------------------------

@@ -174,35 +174,41 @@ def draw_moduli(points):
 # --- surface ----------------------------------------------------------------------------------
 
 
+def surface_layers(lab: Lab, solid: Solid, reach: int) -> tuple[dict[str, Array], float]:
+    """Energy over the classical one of the nodes below a free surface, for three strains; and the
+    largest relative difference from the sum over half a lattice."""
+    d = solid.dimension
+    strains = {name: np.zeros((d, d)) for name in ("parallel", "normal", "shear")}
+    strains["parallel"][0, 0] = strains["normal"][1, 1] = 1.0
+    strains["shear"][0, 1] = strains["shear"][1, 0] = 0.5
+    one = cloud(lattice((2 * reach + 1, 3 * reach + 1, 2 * reach + 1)[:d]), dimension=d)
+    sim = lab.simulation().load(one, dimension=d)
+    sim.commands(solid_script(solid) + "compute node all peridem/atom energy dilatation")
+    sim.commands("run 0 post no")
+    x = one.reference
+    column = np.flatnonzero((x[:, 0] == 0) & (x[:, 2] == 0))
+    column = column[np.argsort(-x[column, 1])][: reach + 1]
+    found, worst = {}, 0.0
+    for name, strain in strains.items():
+        classical = classical_energy(solid, strain)
+        found[name] = small_energy(sim, x, strain)[column] / classical
+        expected = [
+            energy(solid, strain, family(solid, above=layer)) / classical
+            for layer in range(reach + 1)
+        ]
+        worst = max(worst, float(np.abs(found[name] / expected - 1).max()))
+    lab.close()
+    return found, worst
+
+
 def run_surface(lab: Lab, m: float) -> Outcome:
     """Energy of nodes below a flat free surface, of uniform strains, layer by layer."""
-    rows, curves = [], {}
-    reach = int(m)
+    rows: list[Row] = []
+    curves: dict[tuple[int, str, str], Array] = {}
     for d in (2, 3):
-        strains = {name: np.zeros((d, d)) for name in ("parallel", "normal", "shear")}
-        strains["parallel"][0, 0] = strains["normal"][1, 1] = 1.0
-        strains["shear"][0, 1] = strains["shear"][1, 0] = 0.5
         for influence in ("linear", "constant"):
-            solid = solid_of(d, "strain", influence, True, m)
-            shape = (2 * reach + 1, 3 * reach + 1, 2 * reach + 1)[:d]
-            one = cloud(lattice(shape), dimension=d)
-            sim = lab.simulation().load(one, dimension=d)
-            sim.commands(solid_script(solid) + "compute node all peridem/atom energy dilatation")
-            sim.commands("run 0 post no")
-            x = one.reference
-            column = np.flatnonzero((x[:, 0] == 0) & (x[:, 2] == 0))
-            column = column[np.argsort(-x[column, 1])][: reach + 1]
-            worst = 0.0
-            for name, strain in strains.items():
-                got = small_energy(sim, x, strain)[column] / classical_energy(solid, strain)
-                expected = [
-                    energy(solid, strain, family(solid, above=layer))
-                    / classical_energy(solid, strain)
-                    for layer in range(reach + 1)
-                ]
-                worst = max(worst, np.abs(got / expected - 1).max())
-                curves[(d, influence, name)] = got
-            lab.close()
+            found, worst = surface_layers(lab, solid_of(d, "strain", influence, True, m), int(m))
+            curves |= {(d, influence, name): energies for name, energies in found.items()}
             rows.append(
                 below(
                     f"{d}D, {influence}: largest relative difference of a layer's energy "
@@ -212,13 +218,12 @@ def run_surface(lab: Lab, m: float) -> Outcome:
                     why="second order of the strain, 1e-8, and rounding of its square",
                 )
             )
-            for name in strains:
-                numbers = ", ".join(f"{value:.2f}" for value in curves[(d, influence, name)])
+            for name, energies in found.items():
                 rows.append(
                     shown(
                         f"{d}D, {influence}: energy over the classical one, {name} strain, "
-                        f"layers 0 to {reach}",
-                        numbers,
+                        f"layers 0 to {int(m)}",
+                        ", ".join(f"{value:.2f}" for value in energies),
                         why="surfaces are not corrected",
                     )
                 )
