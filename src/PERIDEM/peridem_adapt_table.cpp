@@ -35,7 +35,7 @@
 using namespace LAMMPS_NS;
 
 static constexpr double INFINITE = std::numeric_limits<double>::infinity();
-static constexpr int NSUMS = 6;    // volume, mass, three of place, broken bonds
+static constexpr int NSUMS = 7;    // volume, mass, three of place, broken bonds, nodes
 static constexpr int NWEAKEST =
     3;    // Young's modulus, critical stretch, -1 where both signs break
 

@@ -32,8 +32,17 @@ def solid(dimension: int, viscosity: float = 0.0) -> Solid:
 
 def loaded(simulation, shape: str, motion: str, sign: int, most: float, viscosity: float = 0.0):
     """Forces on the top and bottom rows that grow slowly to ``most`` (sign 1: pressing)."""
-    x, dimension, rate = SHAPES[shape]
-    one = cloud(x, dimension=dimension, margin=10)
+    x, dimension, _ = SHAPES[shape]
+    return pressed(
+        simulation, cloud(x, dimension=dimension, margin=10), shape, motion, sign, most, viscosity
+    )
+
+
+def pressed(
+    simulation, one: Cloud, shape: str, motion: str, sign: int, most: float, viscosity: float = 0.0
+):
+    """The same for any number of grains of that shape side by side."""
+    _, dimension, rate = SHAPES[shape]
     y = one.x[:, 1]
     rows = {"top": y > y.max() - 0.6, "low": y < y.min() + 0.6}
     groups = [
@@ -110,6 +119,25 @@ def test_a_loaded_grain_goes_back_by_the_measure_that_wakes_it(shape, part, stat
         seen.append(sim.fix_vector("motion", 3).tolist())
     # a grain that is tried is rigid for a step, ever more seldom
     assert seen.count(state) >= 18
+
+
+@pytest.mark.parametrize("shape", SHAPES)
+def test_like_grains_under_like_loads_wake_together(shape, simulation):
+    """The measure of a grain knows nothing of the others."""
+    x, dimension, _ = SHAPES[shape]
+    apart = np.array([20.0, 0.0, 0.0])
+    parts = [cloud(x + k * apart, molecule=k + 1, dimension=dimension) for k in range(3)]
+    one = join(*parts, margin=10)
+    sim = pressed(simulation, one, shape, f"peridem/adapt eta {ETA}", 1, 1e9)
+    while sim.fix_vector("motion", 4)[3] == 0.0:
+        sim.commands("run 20 post no")
+    assert sim.fix_vector("motion", 3).tolist() == [3, 0, 0]
+    # as soon as one of them alone does: the load is spread over three times the rows
+    alone = loaded(simulation, shape, f"peridem/adapt eta {ETA}", 1, 1e9)
+    while alone.fix_vector("motion", 4)[3] == 0.0:
+        alone.commands("run 20 post no")
+    # looked at every 20 steps, here and there
+    assert sim.thermo("time") == pytest.approx(3.0 * alone.thermo("time"), abs=20 * 4 * DT)
 
 
 def sleeper_and_ball(speed: float) -> Cloud:
