@@ -330,6 +330,21 @@ def test_pages_say_what_constants_of_the_program_are(
     assert said in " ".join((DOC / f"{page}.rst").read_text().split())
 
 
+def test_the_page_of_the_time_step_shows_what_is_printed(tmp_path: Path) -> None:
+    """Of the scene that the Examples of pages run in."""
+    if not LMP.is_file():
+        pytest.skip(f"{LMP} is not there: make build")
+    script = check_pages.SCENE + check_pages.PAIR
+    (tmp_path / "in").write_text(script + "fix step all peridem/timestep\nrun 0\n")
+    command = [LMP, "-in", "in", "-nocite", "-log", "none"]
+    done = subprocess.run(command, cwd=tmp_path, text=True, capture_output=True)
+    pattern = r"PERIDEM: time step set to .*"
+    [shown] = re.findall(pattern, (DOC / "fix_peridem_timestep.rst").read_text())
+    [printed] = re.findall(pattern, done.stdout)
+    # four digits are printed
+    assert nearest(shown, printed) < 2e-3
+
+
 def test_commands_of_the_howtos_name_targets_and_files_that_exist() -> None:
     targets = set(re.findall(r"^([a-z]+):", (ROOT / "Makefile").read_text(), re.MULTILINE))
     for page in [*DOC.glob("*.rst"), DOC / "install.md"]:
