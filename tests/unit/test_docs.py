@@ -179,6 +179,16 @@ def test_a_page_has_the_form_of_lammps(style: str) -> None:
     assert ":doc:`" in related
 
 
+def test_the_pages_of_lammps_that_are_linked_are_those_of_the_list() -> None:
+    """A name that is neither a page here nor in the list ends the build of the manual."""
+    links = re.compile(r":doc:`(?:[^`<]*<([^>]+)>|([^`<]+))`")
+    found = [links.findall(path.read_text()) for path in DOC.glob("*.rst")]
+    named = {one or other for pairs in found for one, other in pairs}
+    listed = (DOC / "lammps_pages.txt").read_text().split()
+    assert listed == sorted(set(listed), key=str.lower)
+    assert set(listed) - named == set()
+
+
 @pytest.mark.parametrize(
     "question", check_syntax.questions(), ids=lambda one: f"{one.page} {one.keyword}".strip()
 )
