@@ -82,11 +82,8 @@ sanitize: build ## run the quick tests where wrong memory or undefined behaviour
 	  UBSAN_OPTIONS=print_stacktrace=1 PERIDEM_TESTS_MUST_RUN=1 \
 	  $(abspath $(python)) -m pytest tests/unit tests/fuzz tests/parallel -m 'not slow' $(PYTEST_ARGS)
 
-# valgrind does not know the vector instructions of all processors
 memcheck: build ## run two small scenes on two ranks under valgrind (which must be there)
-	cmake -S . -B $(BUILD)/memcheck $(portable)
-	cmake --build $(BUILD)/memcheck --parallel $$(nproc)
-	PERIDEM_MEMCHECK=$(abspath $(BUILD)/memcheck)/lmp PERIDEM_TESTS_MUST_RUN=1 \
+	PERIDEM_TESTS_MUST_RUN=1 \
 	  $(abspath $(python)) -m pytest tests/parallel/test_memcheck.py $(PYTEST_ARGS)
 
 build: $(BUILD)/configured ## build/lmp and build/liblammps.so with PERIDEM, and .venv with the lammps module
