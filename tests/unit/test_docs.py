@@ -380,6 +380,21 @@ def test_files_that_the_pages_name_exist() -> None:
     assert named > 200
 
 
+def test_classes_and_functions_that_contributors_are_told_of_exist() -> None:
+    places = ("src/PERIDEM/*.[ch]*", "python/peridem/**/*.py", "tests/**/*.py", "doc/*.py")
+    source = "".join(path.read_text() for place in places for path in ROOT.glob(place))
+    text = (ROOT / "CONTRIBUTING.md").read_text()
+    names = set(re.findall(r"`((?:\w+(?:::|->|\.))*[A-Za-z]\w*)(?:\([^`]*\))?`", text))
+    # files by their names alone, and what somebody adds
+    folders = ("src", "python", "tests", "doc", "examples", "bench", "cmake")
+    files = {path.name for folder in folders for path in (ROOT / folder).rglob("*")}
+    files |= {path.name for path in ROOT.iterdir()}
+    names -= files | {name for name in names if "NAME" in name}
+    assert len(names) > 25
+    last = {re.split(r"::|->|\.", name)[-1] for name in names}
+    assert {name for name in last if not re.search(rf"\b{name}\b", source)} == set()
+
+
 def test_blocks_are_found() -> None:
     text = """A
 
