@@ -177,6 +177,8 @@ def test_a_page_has_the_form_of_lammps(style: str) -> None:
         assert "\nMixing, shift, table, tail correction, restart, rRESPA info\n" in text
     related = text.split("\nRelated commands\n")[1].split("\nDefault\n")[0]
     assert ":doc:`" in related
+    assert text.isascii()  # as LAMMPS asks of its pages
+    assert not re.search(r"[ \t]$", text, re.MULTILINE)
 
 
 def test_the_pages_of_lammps_that_are_linked_are_those_of_the_list() -> None:
