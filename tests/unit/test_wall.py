@@ -42,6 +42,16 @@ def test_the_wall_pushes_along_its_normal_with_the_overlap(simulation):
     assert np.all(force[:, [0, 2]] == 0.0)
 
 
+def test_a_plane_pushes_back_what_has_gone_through_whatever_the_depth(simulation):
+    sim = nodes_at_a_wall(
+        simulation, [[0, 0.3], [3, 0.3]], f"{FLOOR} radius 1.0 stiffness 5.0", volume=0.7
+    )
+    sim.commands("displace_atoms all move 0 -8.3 0\nrun 0 post no")
+    # the overlap is now the contact radius and the way behind the plane
+    expected = np.full(2, 5.0 * 0.7**2 * 9.0)
+    assert sim.atoms("f")[:, 1] == pytest.approx(expected, rel=ACCURACY)
+
+
 def test_default_stiffness_follows_the_modulus(simulation):
     flat = nodes_at_a_wall(simulation, [[0, 0.3]], f"{FLOOR} radius 1.0 modulus 2.0", volume=0.7)
     assert flat.atoms("f")[0, 1] == pytest.approx(10 * 2.0 * 0.7, rel=ACCURACY)
