@@ -134,7 +134,7 @@ def plot(folder: Path, path: Path) -> None:
         energy.plot(time, 1e6 * thermo[f"c_books[{column}]"], label=name)
     energy.set_ylabel("energy (µJ/m)")
     energy.set_xlabel("time (ms)")
-    energy.legend(frameon=False, loc="center right")
+    energy.legend(frameon=False, ncols=3, loc="center right", bbox_to_anchor=(1.0, 0.64))
     for axes in (force, energy):
         axes.grid(alpha=0.3)
     figure.savefig(path)

@@ -270,3 +270,21 @@ def test_the_command_line(first, tmp_path, lmp, capsys):
         assert main(arguments) == 1
         shown = capsys.readouterr().err
         assert wanted in shown and len(shown.splitlines()) == 1, shown
+
+
+def test_a_scene_in_python_goes_on_too(tmp_path, lmp):
+    """The second one sinks its lid faster, from where the first one has left it."""
+    for name, speed in (("one", -2.0), ("two", -4.0)):
+        (tmp_path / f"{name}.py").write_text(
+            f"import scenes\n\n\ndef make_scene():\n"
+            f"    walls = scenes.scene.box_walls((0.0, 0.0), (2e-3, 3.9e-3), {speed})\n"
+            "    return scenes.two_grains(walls=walls, duration=2e-5)\n"
+        )
+    words = ["--lmp", str(lmp), "-q", "-o"]
+    assert main(["run", str(tmp_path / "one.py"), *words, str(tmp_path / "a")]) == 0
+    after = ["--after", str(tmp_path / "a")]
+    assert main(["run", str(tmp_path / "two.py"), *after, *words, str(tmp_path / "b")]) == 0
+    first, second = results.Output(tmp_path / "a"), results.Output(tmp_path / "b")
+    assert (second.frame(0).position == first.frame(-1).position).all()
+    # 80 steps of 0.25 us in each
+    assert edge(second, -1) == pytest.approx(3.9e-3 - 2e-5 * (2.0 + 4.0), rel=1e-9)
