@@ -36,6 +36,7 @@
 #include "pair_hybrid_overlay.h"
 #include "update.h"
 
+#include <algorithm>
 #include <cmath>
 #include <cstring>
 #include <map>
@@ -893,7 +894,7 @@ double PairPeridemContact::largest_frequency_sq()
       const double k = law.spring(extremes.smallest[i], extremes.largest[j]);
       largest = MAX(largest, 2.0 * most * k / lightest(i));
     }
-  largest = MAX(largest, frequency_sq_now());
+  largest = std::max(largest, frequency_sq_now());    // MAX would ask all ranks twice, or not
   MPI_Allreduce(MPI_IN_PLACE, &largest, 1, MPI_DOUBLE, MPI_MAX, world);
   return largest;
 }

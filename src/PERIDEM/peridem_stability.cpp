@@ -28,6 +28,7 @@
 #include "modify.h"
 #include "update.h"
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 
@@ -107,7 +108,7 @@ PeridemStability::Limits PeridemStability::find()
   if (state != bonds_known) {
     bond_frequency_sq = 0.0;
     for (auto *solid : solids)
-      bond_frequency_sq = MAX(bond_frequency_sq, solid->largest_frequency_sq());
+      bond_frequency_sq = std::max(bond_frequency_sq, solid->largest_frequency_sq());
     bonds_known = state;
   }
 
@@ -135,8 +136,8 @@ double PeridemStability::contact_frequency_sq() const
 {
   double largest = 0.0;
   if (styles.contact) largest = styles.contact->largest_frequency_sq();
-  for (const auto *wall : styles.walls) largest = MAX(largest, wall->largest_frequency_sq());
-  if (styles.adapt) largest = MAX(largest, styles.adapt->largest_frequency_sq());
+  for (const auto *wall : styles.walls) largest = std::max(largest, wall->largest_frequency_sq());
+  if (styles.adapt) largest = std::max(largest, styles.adapt->largest_frequency_sq());
   return largest;
 }
 
@@ -147,8 +148,8 @@ double PeridemStability::largest_dashpot_ratio(double bonds_sq) const
   double largest = 0.0;
   for (auto *solid : styles.solids)
     largest = MAX(largest, 0.5 * std::sqrt(bonds_sq) * solid->largest_viscous_time());
-  if (styles.contact) largest = MAX(largest, styles.contact->largest_dashpot_ratio());
-  for (const auto *wall : styles.walls) largest = MAX(largest, wall->largest_dashpot_ratio());
+  if (styles.contact) largest = std::max(largest, styles.contact->largest_dashpot_ratio());
+  for (const auto *wall : styles.walls) largest = std::max(largest, wall->largest_dashpot_ratio());
   return largest;
 }
 
