@@ -570,6 +570,7 @@ void FixPeridemBonds::flag_rigid()
   rigid.assign(atom->nlocal, 0);
   for (int i = 0; i < atom->nlocal; i++) {
     rigid[i] = moves_rigidly(i);
+    if (adapt && adapt->rigid(i)) continue;    // all of its grain is
     for (bigint k = start[i]; rigid[i] && k < start[i] + num[i]; k++)
       rigid[i] = moves_rigidly(partner[k]);
   }
