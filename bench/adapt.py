@@ -32,7 +32,7 @@ __all__ = ["TITLE", "comment", "from_scene", "measure", "plot"]
 Array = NDArray[np.float64]
 TITLE = "Adaptive grains: speed against error"
 ALL = "0 (all deformable)"
-ETAS = (0.03, 0.1, 0.3, 1.0, np.inf)
+ETAS = (0.1, 0.3, 1.0, np.inf)
 KICK = 0.03  # m/s
 # with this a difference counts as none though repeats scatter less: what is seen in no plot
 NEGLIGIBLE = 0.02

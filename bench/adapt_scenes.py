@@ -145,7 +145,7 @@ def pressing(lmp: Path, folder: Path, quick: bool) -> Case:
 def settling(lmp: Path, folder: Path, quick: bool) -> Case:
     """Thirty grains fall, hit each other and come to rest; nothing breaks."""
     duration = 0.4e-3 if quick else 40e-3
-    return Case(heap(folder, 30, 6, 0.0, duration, 50.0), duration, FALLING, 30, repeats=5)
+    return Case(heap(folder, 30, 6, 0.0, duration, 50.0), duration, FALLING, 30, repeats=4)
 
 
 def drum(lmp: Path, folder: Path, quick: bool) -> Case:

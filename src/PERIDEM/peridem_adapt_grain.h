@@ -58,6 +58,9 @@ struct PeridemMoments {
   void to_body(PeridemRigidBody &body) const;
 };
 
+static_assert(sizeof(PeridemMoments) == PeridemMoments::SIZE * sizeof(double),
+              "moments travel as numbers");
+
 }    // namespace LAMMPS_NS
 
 #endif

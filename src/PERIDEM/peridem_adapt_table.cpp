@@ -35,9 +35,23 @@
 using namespace LAMMPS_NS;
 
 static constexpr double INFINITE = std::numeric_limits<double>::infinity();
-static constexpr int NSUMS = 7;    // volume, mass, three of place, broken bonds, nodes
-static constexpr int NWEAKEST =
-    3;    // Young's modulus, critical stretch, -1 where both signs break
+
+// of a grain, over its nodes; nothing but doubles, for MPI
+struct PeridemAdaptTable::Sums {
+  double volume, mass, place[3];    // the latter times mass
+  double broken, nodes;             // numbers of bonds, nodes
+};
+
+// the most easily stretched and broken of its types
+struct PeridemAdaptTable::Weakest {
+  double young{INFINITE}, s0{INFINITE};
+  double tension_only{INFINITE};    // -1 where bonds break in compression too
+};
+
+template <class T> static int doubles(const std::vector<T> &list)
+{
+  return static_cast<int>(list.size() * sizeof(T) / sizeof(double));
+}
 
 /* ---------------------------------------------------------------------- */
 
@@ -109,54 +123,67 @@ tagint PeridemAdaptTable::highest_molecule() const
 void PeridemAdaptTable::survey()
 {
   grains.resize(highest_molecule() + 1, Grain());
-  const auto n = grains.size();
-  std::vector<double> sum(NSUMS * n, 0.0), weakest(NWEAKEST * n, INFINITE);
-  const double zero[3] = {0.0, 0.0, 0.0};
+  std::vector<Sums> sums(grains.size(), Sums());
+  std::vector<Weakest> weakest(grains.size());
   for (int i = 0; i < atom->nlocal; i++) {
     if (!in_group(i)) continue;
-    double x[3], *const s = &sum[NSUMS * atom->molecule[i]];
-    double *const w = &weakest[NWEAKEST * atom->molecule[i]];
-    place_from(i, zero, x);
-    s[0] += atom->vfrac[i];
-    s[1] += atom->rmass[i];
-    for (int k = 0; k < 3; k++) s[2 + k] += atom->rmass[i] * x[k];
-    s[6] += 1.0;
-    if (bonds) s[5] += bonds->nref[i] - MAX(bonds->num[i], 0);
-    const int itype = atom->type[i];
-    for (const auto *solid : solids) {
-      if (!solid->covers(itype)) continue;
-      const auto &mat = solid->material(itype, itype);
-      w[0] = MIN(w[0], 9.0 * mat.bulk * mat.shear / (3.0 * mat.bulk + mat.shear));
-      w[1] = MIN(w[1], mat.s0);
-      w[2] = MIN(w[2], mat.break_both ? -1.0 : 1.0);
-    }
+    add_node(i, sums[atom->molecule[i]]);
+    weaken(i, weakest[atom->molecule[i]]);
   }
-  MPI_Allreduce(MPI_IN_PLACE, sum.data(), static_cast<int>(sum.size()), MPI_DOUBLE, MPI_SUM, world);
-  MPI_Allreduce(MPI_IN_PLACE, weakest.data(), static_cast<int>(weakest.size()), MPI_DOUBLE, MPI_MIN,
-                world);
+  MPI_Allreduce(MPI_IN_PLACE, sums.data(), doubles(sums), MPI_DOUBLE, MPI_SUM, world);
+  MPI_Allreduce(MPI_IN_PLACE, weakest.data(), doubles(weakest), MPI_DOUBLE, MPI_MIN, world);
 
-  for (std::size_t mol = 1; mol < n; mol++)
-    if (sum[NSUMS * mol + 1] > 0.0 && grains[mol].state == Grain::NONE)
-      grains[mol] = new_grain(&sum[NSUMS * mol], &weakest[NWEAKEST * mol]);
+  for (std::size_t mol = 1; mol < grains.size(); mol++)
+    if (sums[mol].mass > 0.0 && grains[mol].state == Grain::NONE)
+      grains[mol] = new_grain(sums[mol], weakest[mol]);
 }
 
 /* ---------------------------------------------------------------------- */
 
-PeridemAdaptGrain PeridemAdaptTable::new_grain(const double *sum, const double *weakest) const
+void PeridemAdaptTable::add_node(int i, Sums &s) const
+{
+  const double zero[3] = {0.0, 0.0, 0.0};
+  double x[3];
+  place_from(i, zero, x);
+  s.volume += atom->vfrac[i];
+  s.mass += atom->rmass[i];
+  for (int k = 0; k < 3; k++) s.place[k] += atom->rmass[i] * x[k];
+  if (bonds) s.broken += bonds->nref[i] - MAX(bonds->num[i], 0);
+  s.nodes += 1.0;
+}
+
+/* ---------------------------------------------------------------------- */
+
+void PeridemAdaptTable::weaken(int i, Weakest &w) const
+{
+  const int itype = atom->type[i];
+  for (const auto *solid : solids) {
+    if (!solid->covers(itype)) continue;
+    const auto &mat = solid->material(itype, itype);
+    w.young = MIN(w.young, 9.0 * mat.bulk * mat.shear / (3.0 * mat.bulk + mat.shear));
+    w.s0 = MIN(w.s0, mat.s0);
+    w.tension_only = MIN(w.tension_only, mat.break_both ? -1.0 : 1.0);
+  }
+}
+
+/* ---------------------------------------------------------------------- */
+
+PeridemAdaptGrain PeridemAdaptTable::new_grain(const Sums &sums, const Weakest &weakest) const
 {
   Grain grain = Grain();
   grain.state = Grain::DEFORMABLE;
   grain.patience = 1;
-  grain.broken = sum[5] > 0.0;
-  grain.count = static_cast<int>(sum[6]);
-  grain.volume = sum[0];
-  for (int k = 0; k < 3; k++) grain.body.x[k] = sum[2 + k] / sum[1];
-  grain.young = weakest[0];
-  grain.factor = weakest[2] < 0.0 ? PeridemLoad::FACTOR_BOTH : PeridemLoad::FACTOR_TENSION;
-  grain.s0 = weakest[1];
-  grain.size = domain->dimension == 2 ? 2.0 * std::sqrt(sum[0] / MathConst::MY_PI)
-                                      : std::cbrt(6.0 * sum[0] / MathConst::MY_PI);
-  grain.speed = std::sqrt(force->ftm2v * weakest[0] * sum[0] / sum[1]);
+  grain.broken = sums.broken > 0.0;
+  grain.count = static_cast<int>(sums.nodes);
+  grain.volume = sums.volume;
+  for (int k = 0; k < 3; k++) grain.body.x[k] = sums.place[k] / sums.mass;
+  grain.young = weakest.young;
+  grain.factor = weakest.tension_only < 0.0 ? PeridemLoad::FACTOR_BOTH
+                                            : PeridemLoad::FACTOR_TENSION;
+  grain.s0 = weakest.s0;
+  grain.size = domain->dimension == 2 ? 2.0 * std::sqrt(sums.volume / MathConst::MY_PI)
+                                      : std::cbrt(6.0 * sums.volume / MathConst::MY_PI);
+  grain.speed = std::sqrt(force->ftm2v * weakest.young * sums.volume / sums.mass);
   set_limits(grain);
   return grain;
 }

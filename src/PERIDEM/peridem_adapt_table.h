@@ -84,7 +84,11 @@ class PeridemAdaptTable : protected Pointers {
   FixPeridemBonds *bonds{nullptr};
   std::vector<PairPeridem *> solids;
 
-  Grain new_grain(const double *sum, const double *weakest) const;
+  struct Sums;
+  struct Weakest;
+  void add_node(int i, Sums &) const;
+  void weaken(int i, Weakest &) const;
+  Grain new_grain(const Sums &, const Weakest &) const;
 };
 
 }    // namespace LAMMPS_NS
