@@ -123,7 +123,7 @@ void PairPeridemLPS::init_general()
     general = std::make_unique<PeridemGeneral>(lmp, [this](int i) {
       careful_row(i);
     });
-  general->init(bonds, laws);
+  general->init(bonds, laws, PeridemGeneral::WEIGHT);
 }
 
 /* ---------------------------------------------------------------------- */
@@ -204,7 +204,8 @@ void PairPeridemLPS::general_passes()
     set_dilatation(i, sum);
   });
   to_ghosts(pressure, 1);
-  general->second_pass(pressure, atom->f[0]);
+  general->second_pass(pressure);
+  general->add_forces(atom->f[0]);
   if (evflag) tally();
 }
 
@@ -527,7 +528,10 @@ void PairPeridemLPS::apply_stiffness(const std::vector<double> &u, std::vector<d
   for (int i = 0; i < atom->nlocal; i++)
     if (by_row[i]) set(i, extension_sum(i, u));
   to_ghosts(p.data(), 1);
-  if (in_list) general->second_pass(p.data(), force.data());
+  if (in_list) {
+    general->second_pass(p.data());
+    general->add_forces(force.data());
+  }
   for (int i = 0; i < atom->nlocal; i++)
     if (by_row[i]) add_response(i, u, p, &force[3 * i]);
 }

@@ -16,11 +16,13 @@
 #include "pair_peridem_pmb.h"
 
 #include "fix_peridem_bonds.h"
+#include "peridem_general.h"
 
 #include "atom.h"
 #include "comm.h"
 #include "force.h"
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 
@@ -69,6 +71,10 @@ PairPeridemPMB::PairPeridemPMB(LAMMPS *lmp) : PairPeridem(lmp, "peridem/pmb") {}
 
 /* ---------------------------------------------------------------------- */
 
+PairPeridemPMB::~PairPeridemPMB() = default;
+
+/* ---------------------------------------------------------------------- */
+
 void PairPeridemPMB::init_style()
 {
   PairPeridem::init_style();
@@ -83,6 +89,28 @@ void PairPeridemPMB::init_style()
       laws[index(i, j)] = make_law(material(i, j));
     }
   }
+  init_list();
+}
+
+/* ---------------------------------------------------------------------- */
+
+void PairPeridemPMB::init_list()
+{
+  list_version = -1;
+  std::vector<PeridemGeneral::Law> of_types(atom->ntypes + 1);
+  for (int i = 1; i <= atom->ntypes; i++) {
+    if (!covers(i) || law(i, i).beta > 0.0) continue;
+    auto &one = of_types[i];
+    one.s0 = one.least = law(i, i).s0;
+    one.both = one.any_both = law(i, i).both;
+    one.viscous = law(i, i).dashpot > 0.0;
+    one.horizon = material(i, i).horizon;
+  }
+  if (!list)
+    list = std::make_unique<PeridemGeneral>(lmp, [this](int i) {
+      careful_row(i);
+    });
+  list->init(bonds, of_types, PeridemGeneral::WEIGHT_OVER_LENGTH);
 }
 
 /* ---------------------------------------------------------------------- */
@@ -122,6 +150,35 @@ void PairPeridemPMB::report(int itype) const
   utils::logmesg(lmp, text + "\n");
 }
 
+/* ---------------------------------------------------------------------- */
+
+bool PairPeridemPMB::listed(int i) const
+{
+  const int itype = atom->type[i];
+  return bonds->num[i] > 0 && !bonds->rigid[i] && covers(itype) && !bonds->mixed[i] &&
+      !(law(itype, itype).beta > 0.0);
+}
+
+/* ---------------------------------------------------------------------- */
+
+void PairPeridemPMB::update_list()
+{
+  if (list_version == bonds->version) return;
+  list->build([this](int i) {
+    return listed(i);
+  });
+  const int nall = atom->nlocal + atom->nghost;
+  half_spring.assign(nall, 0.0);
+  half_dashpot.assign(nall, 0.0);
+  for (int i = 0; i < nall; i++) {
+    const int itype = atom->type[i];
+    if (!covers(itype)) continue;
+    half_spring[i] = 0.5 * law(itype, itype).c;
+    half_dashpot[i] = 0.5 * law(itype, itype).dashpot;
+  }
+  list_version = bonds->version;
+}
+
 /* ----------------------------------------------------------------------
    one pass: bonds do not know of each other
 ------------------------------------------------------------------------- */
@@ -129,24 +186,33 @@ void PairPeridemPMB::report(int itype) const
 void PairPeridemPMB::compute(int eflag, int vflag)
 {
   ev_init(eflag, vflag);
-  const int nlocal = atom->nlocal;
-  const int *const type = atom->type;
-  double **f = atom->f;
+  update_list();
+  list->first_pass(half_spring.data(), half_dashpot.data());
+  list->add_forces(atom->f[0]);
 
-  for (int i = 0; i < nlocal; i++) {
-    if (bonds->num[i] <= 0 || bonds->rigid[i] || !covers(type[i])) continue;
-    double fi[3] = {0.0, 0.0, 0.0};
-    const double reached = bonds->mixed[i] ? INFINITE : fast_row(i, fi);
-    if (reached > 1.0 - MARGIN) {
-      careful_row(i);
-      slow_row(i, fi);
-    } else if (reached > bonds->maxstretch[i]) {
-      bonds->maxstretch[i] = reached;
-    }
-    for (int m = 0; m < 3; m++) f[i][m] += fi[m];
+  for (int i = 0; i < atom->nlocal; i++) {
+    if (bonds->num[i] <= 0 || bonds->rigid[i] || !covers(atom->type[i])) continue;
+    if (!listed(i)) row(i);
     if (evflag) tally(i);
   }
   if (books.open) book_viscous_forces();
+}
+
+/* ----------------------------------------------------------------------
+   forces of the bonds of a node, whatever they are; which of them break
+------------------------------------------------------------------------- */
+
+void PairPeridemPMB::row(int i)
+{
+  double fi[3] = {0.0, 0.0, 0.0};
+  const double reached = bonds->mixed[i] ? INFINITE : fast_row(i, fi);
+  if (reached > 1.0 - MARGIN) {
+    careful_row(i);
+    slow_row(i, fi);
+  } else if (reached > bonds->maxstretch[i]) {
+    bonds->maxstretch[i] = reached;
+  }
+  for (int m = 0; m < 3; m++) atom->f[i][m] += fi[m];
 }
 
 /* ---------------------------------------------------------------------- */
@@ -195,15 +261,12 @@ double PairPeridemPMB::rate(int i, const Bond &bond) const
 double PairPeridemPMB::fast_row(int i, double *f) const
 {
   const auto &one = law(atom->type[i], atom->type[i]);
-  if (one.beta > 0.0)
-    return one.dashpot > 0.0 ? fast_row<true, true>(i, one, f) : fast_row<true, false>(i, one, f);
-  return one.dashpot > 0.0 ? fast_row<false, true>(i, one, f) : fast_row<false, false>(i, one, f);
+  return one.dashpot > 0.0 ? fast_row<true>(i, one, f) : fast_row<false>(i, one, f);
 }
 
 /* ---------------------------------------------------------------------- */
 
-template <bool SOFTENING, bool VISCOUS>
-double PairPeridemPMB::fast_row(int i, const Law &one, double *f) const
+template <bool VISCOUS> double PairPeridemPMB::fast_row(int i, const Law &one, double *f) const
 {
   const double *const x = atom->x[0];
   const double *const v = atom->v[0];
@@ -228,12 +291,11 @@ double PairPeridemPMB::fast_row(int i, const Law &one, double *f) const
     double pull = c * s;
     if (VISCOUS)
       pull += dashpot * ((v[j] - vx) * dx + (v[j + 1] - vy) * dy + (v[j + 2] - vz) * dz) / (r * R);
-    if (SOFTENING) pull *= std::exp(-beta * R * s * s);
-    pull *= weight[k] / r;
+    pull *= std::exp(-beta * R * s * s) * weight[k] / r;
     fx += pull * dx;
     fy += pull * dy;
     fz += pull * dz;
-    const double measure = SOFTENING ? s * std::sqrt(R) : s;
+    const double measure = s * std::sqrt(R);
     top = measure > top ? measure : top;
     bottom = measure < bottom ? measure : bottom;
   }
@@ -413,12 +475,16 @@ void PairPeridemPMB::stress(int i, double *sigma) const
 
 void PairPeridemPMB::apply_stiffness(const std::vector<double> &u, std::vector<double> &force)
 {
-  const int nlocal = atom->nlocal;
   const int *const type = atom->type;
-  for (int i = 0; i < nlocal; i++) {
+  std::fill(force.begin(), force.end(), 0.0);
+  const bool use_list = list_version == bonds->version;
+  if (use_list) {
+    list->first_response(u, half_spring.data());
+    list->add_forces(force.data());
+  }
+  for (int i = 0; i < atom->nlocal; i++) {
+    if (!covers(type[i]) || (use_list && listed(i))) continue;
     double *const f = &force[3 * i];
-    f[0] = f[1] = f[2] = 0.0;
-    if (!covers(type[i])) continue;
     each_bond(i, [&](const Bond &bond) {
       double e = 0.0;
       for (int m = 0; m < 3; m++) e += bond.d[m] / bond.r * (u[3 * bond.j + m] - u[3 * i + m]);
@@ -426,4 +492,12 @@ void PairPeridemPMB::apply_stiffness(const std::vector<double> &u, std::vector<d
       for (int m = 0; m < 3; m++) f[m] += t * bond.d[m] / bond.r;
     });
   }
+}
+
+/* ---------------------------------------------------------------------- */
+
+double PairPeridemPMB::memory_usage()
+{
+  return Pair::memory_usage() + (list ? list->memory_usage() : 0.0) +
+      static_cast<double>((half_spring.capacity() + half_dashpot.capacity()) * sizeof(double));
 }

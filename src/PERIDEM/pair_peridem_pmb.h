@@ -20,6 +20,8 @@ PairStyle(peridem/pmb,PairPeridemPMB);
 
 #include "pair_peridem.h"
 
+#include <memory>
+
 namespace LAMMPS_NS {
 
 // The bond-based solid (Silling 2000; Silling & Askari 2005), each bond a spring of its own:
@@ -30,11 +32,13 @@ namespace LAMMPS_NS {
 class PairPeridemPMB : public PairPeridem {
  public:
   PairPeridemPMB(class LAMMPS *);
+  ~PairPeridemPMB() override;
   void init_style() override;
   void compute(int, int) override;
   double dilatation(int) const override;
   double strain_energy(int) const override;
   void stress(int, double *) const override;
+  double memory_usage() override;
 
  protected:
   int model() const override { return PeridemMaterial::PMB; }
@@ -55,9 +59,19 @@ class PairPeridemPMB : public PairPeridem {
   };
   std::vector<Law> laws;
 
+  // Bonds of nodes whose bonds are linear and within one type are in a list, which has each of them
+  // once; those of others are taken from the rows of fix peridem/bonds.
+  std::unique_ptr<class PeridemGeneral> list;
+  bigint list_version{-1};                          // of the bonds that it lists
+  std::vector<double> half_spring, half_dashpot;    // c/2 and so on of owned and ghost nodes
+
   const Law &law(int itype, int jtype) const { return laws[index(itype, jtype)]; }
   Law make_law(const PeridemMaterial &) const;
   void report(int itype) const;
+  void init_list();
+  bool listed(int i) const;
+  void update_list();
+  void row(int i);
 
   struct Bond {
     int j;
@@ -71,7 +85,7 @@ class PairPeridemPMB : public PairPeridem {
   double spring(int i, const Bond &) const;
   double viscous(int i, const Bond &) const;
   double fast_row(int i, double *f) const;
-  template <bool SOFTENING, bool VISCOUS> double fast_row(int i, const Law &, double *f) const;
+  template <bool VISCOUS> double fast_row(int i, const Law &, double *f) const;
   void careful_row(int i);
   void slow_row(int i, double *f) const;
   void tally(int i);

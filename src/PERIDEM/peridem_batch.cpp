@@ -254,8 +254,7 @@ template <class What> static void with_bonds(const PeridemBatchGroup &group, Wha
 
 bool PeridemBatch::keeps_found(const PeridemBatchGroup &group) const
 {
-  return !tallying && !laws[group.type].viscous &&
-      group.partner.size() <= PeridemBatchKernel::FOUND_BONDS;
+  return !laws[group.type].viscous && group.partner.size() <= PeridemBatchKernel::FOUND_BONDS;
 }
 
 /* ---------------------------------------------------------------------- */
@@ -385,12 +384,6 @@ template <int DIM> void PeridemBatch::forces(PeridemBatchGroup &group)
   pressure.resize(group.nodes);
   for (int n = 0; n < group.nodes; n++) pressure[n].v = group.soft[n].v * group.sum[n].v;
   force.assign(static_cast<std::size_t>(DIM) * group.nodes, Pack{});
-  if (keeps_found(group)) {
-    const PeridemBatchKernel::Bonds list{group.nodes, group.first.data(), group.partner.data()};
-    PeridemBatchKernel::short_force_pass<DIM>(list, x.data(), pressure.data(), group.stiff.data(),
-                                              found.data(), force.data());
-    return;
-  }
   if (laws[group.type].viscous) gather<DIM>(group, atom->v[0], &PeridemBatchShare::velocity, v);
   if (!tallying) {
     force_pass<DIM, false>(group, nullptr);
@@ -410,7 +403,10 @@ void PeridemBatch::force_pass(const PeridemBatchGroup &group, Pack *lanes)
 {
   with_bonds(group, [&](const auto &list) {
     const Pack *const a = pressure.data(), *const b = group.stiff.data();
-    if (laws[group.type].viscous)
+    if (keeps_found(group))
+      PeridemBatchKernel::short_force_pass<DIM, TALLY>(list, x.data(), a, b, found.data(),
+                                                       force.data(), lanes);
+    else if (laws[group.type].viscous)
       PeridemBatchKernel::force_pass<DIM, true, TALLY>(list, x.data(), v.data(), a, b,
                                                        group.dashpot.data(), force.data(), lanes);
     else
@@ -481,8 +477,8 @@ void PeridemBatch::respond(const PeridemBatchGroup &group, const std::vector<dou
   with_bonds(group, [&](const auto &list) {
     PeridemBatchKernel::linear_pass<DIM>(list, x.data(), v.data(), pressure.data(), found.data());
     for (int n = 0; n < group.nodes; n++) pressure[n].v *= group.soft[n].v;
-    PeridemBatchKernel::short_force_pass<DIM>(list, x.data(), pressure.data(), group.stiff.data(),
-                                              found.data(), force.data());
+    PeridemBatchKernel::short_force_pass<DIM, false>(
+        list, x.data(), pressure.data(), group.stiff.data(), found.data(), force.data(), nullptr);
   });
   scatter<DIM>(group, forces.data());
 }

@@ -91,7 +91,7 @@ namespace PeridemBatchKernel {
   }
 
   // What the first pass finds of a bond and the second one needs: q / (R r) and s.  To keep it takes
-  // less time than to find it again as long as the second-level cache holds it.
+  // less time than to find it again while the second-level cache holds it.
   struct Found {
     Pack pull, stretch;
   };
@@ -103,20 +103,21 @@ namespace PeridemBatchKernel {
   void stretch_pass(const AnyBonds &bonds, const Pack *x, Pack *sum, Pack *top, Found *found)
   {
     for (int n = 0; n < bonds.nodes; n++) {
-      Lanes xn[DIM], d[DIM], inverse_r;
+      Lanes xn[DIM], d[DIM];
       for (int m = 0; m < DIM; m++) xn[m] = x[DIM * n + m].v;
       Lanes mysum = sum[n].v, mytop = top[n].v;
       for (int k = bonds.first[n]; k < bonds.first[n + 1]; k++) {
         bonds.ask_for(k);
         const int j = bonds.partner[k];
         const Lanes square = separation<DIM>(x, j, xn, d);
-        const Lanes r = KEEP ? PeridemSimd::root(square, inverse_r) : PeridemSimd::root(square);
         const Lanes inverse = bonds.inverse(k), q = bonds.strength(k);
-        const Lanes s = r * inverse - 1.0, part = q * s;
+        const Lanes both = KEEP ? inverse * PeridemSimd::inverse_root(square) : Lanes{};
+        const Lanes s = (KEEP ? square * both : PeridemSimd::root(square) * inverse) - 1.0;
+        const Lanes part = q * s;
         mysum += part;
         sum[j].v += part;
         if (KEEP) {
-          found[k].pull.v = q * inverse * inverse_r;
+          found[k].pull.v = q * both;
           found[k].stretch.v = s;
         }
         if (BREAKS) {
@@ -199,13 +200,13 @@ namespace PeridemBatchKernel {
     }
   }
 
-  // the same without dashpots and tallies, from what the first pass has found
-  template <int DIM>
-  void short_force_pass(const Bonds &bonds, const Pack *x, const Pack *a, const Pack *b,
-                        const Found *found, Pack *force)
+  // the same without dashpots, from what the first pass has found
+  template <int DIM, bool TALLY, class AnyBonds>
+  void short_force_pass(const AnyBonds &bonds, const Pack *x, const Pack *a, const Pack *b,
+                        const Found *found, Pack *force, Pack *tallies)
   {
     for (int n = 0; n < bonds.nodes; n++) {
-      Lanes xn[DIM], f[DIM];
+      Lanes xn[DIM], d[DIM], f[DIM];
       for (int m = 0; m < DIM; m++) {
         xn[m] = x[DIM * n + m].v;
         f[m] = force[DIM * n + m].v;
@@ -213,11 +214,13 @@ namespace PeridemBatchKernel {
       const Lanes an = a[n].v, bn = b[n].v;
       for (int k = bonds.first[n]; k < bonds.first[n + 1]; k++) {
         const int j = bonds.partner[k];
-        const Lanes t = found[k].pull.v * ((an + a[j].v) + (bn + b[j].v) * found[k].stretch.v);
+        for (int m = 0; m < DIM; m++) d[m] = x[DIM * j + m].v - xn[m];
+        const Lanes s = found[k].stretch.v, bb = bn + b[j].v;
+        const Lanes t = found[k].pull.v * ((an + a[j].v) + bb * s);
+        if (TALLY) tally_bond<DIM>(0.5 * bb * bonds.strength(k) * s * s, t, d, tallies);
         for (int m = 0; m < DIM; m++) {
-          const Lanes part = t * (x[DIM * j + m].v - xn[m]);
-          f[m] += part;
-          force[DIM * j + m].v -= part;
+          f[m] += t * d[m];
+          force[DIM * j + m].v -= t * d[m];
         }
       }
       for (int m = 0; m < DIM; m++) force[DIM * n + m].v = f[m];

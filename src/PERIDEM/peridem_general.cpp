@@ -47,10 +47,11 @@ PeridemGeneral::PeridemGeneral(LAMMPS *lmp, CarefulRow _careful_row) :
 
 /* ---------------------------------------------------------------------- */
 
-void PeridemGeneral::init(FixPeridemBonds *_bonds, const std::vector<Law> &_laws)
+void PeridemGeneral::init(FixPeridemBonds *_bonds, const std::vector<Law> &_laws, Strength _kind)
 {
   bonds = _bonds;
   laws = _laws;
+  kind = _kind;
   breaks = both = viscous = false;
   horizon = 0.0;
   for (const auto &law : laws) {
@@ -155,10 +156,17 @@ void PeridemGeneral::fill_rows()
       if (other_row_has(n, bonds->partner[k])) continue;
       partner[at] = slot[bonds->partner[k]];
       length[at] = bonds->length[k];
-      strength[at++] = bonds->weight[k];
+      strength[at++] = strength_of(k);
     }
     for (int lane = 0; at < first[n - WIDTH + 1]; at++) partner[at] = lane++;
   }
+}
+
+/* ---------------------------------------------------------------------- */
+
+double PeridemGeneral::strength_of(bigint k) const
+{
+  return kind == WEIGHT ? bonds->weight[k] : bonds->weight[k] / bonds->length[k];
 }
 
 /* ----------------------------------------------------------------------
@@ -245,11 +253,17 @@ void PeridemGeneral::each_sum(const std::function<void(int, double)> &tell) cons
 
 /* ---------------------------------------------------------------------- */
 
-void PeridemGeneral::second_pass(const double *pressure, double *f)
+void PeridemGeneral::second_pass(const double *pressure)
 {
   for (std::size_t n = WIDTH; n < members.size(); n++) x[n].v[3] = pressure[members[n]];
   PeridemGeneralKernel::second_pass(
       {rows, first.data(), partner.data(), length.data(), strength.data()}, x.data(), sums.data());
+}
+
+/* ---------------------------------------------------------------------- */
+
+void PeridemGeneral::add_forces(double *f) const
+{
   for (int n = WIDTH; n < WIDTH + rows; n++)
     for (int m = 0; m < 3; m++) f[3 * static_cast<bigint>(members[n]) + m] += sums[n].v[m];
 }
@@ -355,7 +369,7 @@ Node PeridemGeneral::first_sums(int i, const double *stiffness, const double *da
       square += d[m] * d[m];
       rate += viscous ? (vj[m] - vi[m]) * d[m] : 0.0;
     }
-    const double r = std::sqrt(square), q = bonds->weight[k], e = r - bonds->length[k];
+    const double r = std::sqrt(square), q = strength_of(k), e = r - bonds->length[k];
     double pull = (stiffness[i] + stiffness[j]) * e;
     if (viscous) pull += (dashpot[i] + dashpot[j]) * rate / r;
     for (int m = 0; m < 3; m++) found.v[m] += q * pull / r * d[m];

@@ -9,7 +9,9 @@
    See the README file in the top-level LAMMPS directory.
 ------------------------------------------------------------------------- */
 
-// The general engine of pair_style peridem/lps, for grains of any kind.  It has a list of its own
+// The general engine of pair_style peridem/lps, for grains of any kind, and the engine of the linear
+// bonds of peridem/pmb, which need its first pass alone: they are what bonds of peridem/lps are without
+// dilatation, if q is 1/R of what it is there (peridem_general_kernel.h).  It has a list of its own
 // with each bond once: half the memory traffic and half the roots of the rows of fix peridem/bonds,
 // in which both ends have the bond.  Those rows stay what holds: they decide what breaks, and whoever
 // else reads them need not know of this list.
@@ -42,7 +44,8 @@ class PeridemGeneral : protected Pointers {
 
   PeridemGeneral(class LAMMPS *, CarefulRow);
 
-  void init(FixPeridemBonds *, const std::vector<Law> &);
+  enum Strength { WEIGHT, WEIGHT_OVER_LENGTH };    // q = w v V_i V_j, or that over R
+  void init(FixPeridemBonds *, const std::vector<Law> &, Strength);
   // the list, for the present local indices, of the owned nodes that are to be computed here
   void build(const std::function<bool(int)> &here);
 
@@ -51,8 +54,10 @@ class PeridemGeneral : protected Pointers {
   void first_pass(const double *stiffness, const double *dashpot);
   // of each node that is computed here: sum of w v V_i V_j R e over its bonds
   void each_sum(const std::function<void(int, double)> &) const;
-  // add all forces to f, three of each owned node; pressure: of owned and ghost nodes
-  void second_pass(const double *pressure, double *f);
+  // pressure: of owned and ghost nodes
+  void second_pass(const double *pressure);
+  // all that was found, to three numbers of each owned node
+  void add_forces(double *f) const;
 
   // the first pass of the linear response to displacements u, three of each owned and ghost node
   void first_response(const std::vector<double> &u, const double *stiffness);
@@ -63,6 +68,7 @@ class PeridemGeneral : protected Pointers {
   CarefulRow careful_row;
   FixPeridemBonds *bonds{nullptr};
   std::vector<Law> laws;
+  Strength kind{WEIGHT};
   bool breaks{false}, both{false}, viscous{false};
   double horizon{0.0};           // the longest
   std::size_t broken_seen{0};    // entries of bonds->broken that the list knows
@@ -88,6 +94,7 @@ class PeridemGeneral : protected Pointers {
   void find_members(const std::function<bool(int)> &here);
   bool other_row_has(int n, int j) const;
   void fill_rows();
+  double strength_of(bigint k) const;
   void set_known(int n);
   void gather(const double *stiffness, const double *dashpot);
   template <bool VISCOUS> void extend();
