@@ -134,6 +134,7 @@ void FixPeridemBonds::init()
   });
   weights_stale = true;
   natoms_seen = -1;
+  seen = {};
 
   double need = longest_reference();
   check_unit(need);
@@ -399,22 +400,41 @@ void FixPeridemBonds::build_families()
 
   const auto fresh = nodes_without_family();
   cuts.init();
-  PeridemFamilies finder(lmp, material_of, cuts, reach);
-  for (const auto &family : finder.build(fresh)) {
-    const int i = family.node;
-    start[i] = static_cast<bigint>(ptag.size());
-    nref[i] = family.reference;
-    num[i] = static_cast<int>(family.bonds.size());
-    wvolume[i] = family.wvolume;
-    famvolume[i] = family.volume;
-    for (const auto &bond : family.bonds) append(bond.tag, bond.length, 0.0);
-  }
-  shrink_pool();
-
-  longest = MAX(longest, finder.longest());
-  require_ghost_cutoff(finder.longest() * (1.0 + 2.0 * PeridemFamilies::SLACK), false);
+  const double longest_now = enter_families(fresh, reach, material_of);
+  longest = MAX(longest, longest_now);
   check_families(fresh);
   weights_stale = true;
+}
+
+/* ----------------------------------------------------------------------
+   returns the longest bond of all ranks; what finds them is gone before weights need their place
+------------------------------------------------------------------------- */
+
+double FixPeridemBonds::enter_families(const std::vector<int> &fresh, double reach,
+                                       const PeridemFamilies::MaterialOf &material_of)
+{
+  double longest_now;
+  {
+    PeridemFamilies finder(lmp, material_of, cuts, reach);
+    finder.build(fresh);
+    longest_now = finder.longest();
+    reserve_pool(finder.bonds());
+    finder.each([this](const PeridemFamilies::Family &family) {
+      const int i = family.node;
+      start[i] = static_cast<bigint>(ptag.size());
+      nref[i] = family.reference;
+      num[i] = static_cast<int>(family.count);
+      wvolume[i] = family.wvolume;
+      famvolume[i] = family.volume;
+      for (std::size_t k = 0; k < family.count; k++) {
+        ptag.push_back(family.tag(k));
+        length.push_back(family.length(k));
+      }
+    });
+  }
+  fill_pool();
+  require_ghost_cutoff(longest_now * (1.0 + 2.0 * PeridemFamilies::SLACK), false);
+  return longest_now;
 }
 
 /* ----------------------------------------------------------------------
@@ -520,14 +540,36 @@ void FixPeridemBonds::check_families(const std::vector<int> &fresh)
 
 void FixPeridemBonds::build_local()
 {
-  maxexchange = 1 + NODE + BOND * order_pool(atom->nlocal);
+  maxexchange = 1 + NODE + BOND * longest_row(atom->nlocal);
   std::copy(atom->tag, atom->tag + atom->nlocal, known_id);
-  map_partners();
+  const bool moved = order_pool(atom->nlocal), same = same_nodes();
+  if (moved || !same) map_partners();
+  flag_rigid();
   if (weights_stale) compute_weights();
   weights_stale = false;
   comm->forward_comm(this);
   broken.clear();
   version++;
+}
+
+/* ----------------------------------------------------------------------
+   Are all nodes where they were in the arrays, and no partner but them? Most reneighbourings of a
+   rank that has whole grains move none. Across periodic boundaries the nearest image may be another.
+------------------------------------------------------------------------- */
+
+bool FixPeridemBonds::same_nodes()
+{
+  const int nlocal = atom->nlocal;
+  auto same = [nlocal](const auto &list, const auto *now) {
+    return std::equal(list.begin(), list.end(), now, now + nlocal);
+  };
+  if (!ghost_partners && same(seen.ids, atom->tag) && same(seen.grains, atom->molecule) &&
+      same(seen.types, atom->type))
+    return true;
+  seen.ids.assign(atom->tag, atom->tag + nlocal);
+  seen.grains.assign(atom->molecule, atom->molecule + nlocal);
+  seen.types.assign(atom->type, atom->type + nlocal);
+  return false;
 }
 
 /* ---------------------------------------------------------------------- */
@@ -539,11 +581,13 @@ void FixPeridemBonds::map_partners()
   const int *const type = atom->type;
   const tagint *const molecule = atom->molecule;
   mixed.assign(atom->nlocal, 0);
+  ghost_partners = periodic;
   for (int i = 0; i < atom->nlocal; i++) {
     for (bigint k = start[i]; k < start[i] + num[i]; k++) {
       int j = atom->map(ptag[k]);
       if (j < 0) lost_partner(i, ptag[k]);
       if (periodic) j = domain->closest_image(i, j);
+      if (j >= atom->nlocal) ghost_partners = true;
       partner[k] = j;
       if (type[j] != type[i]) mixed[i] = 1;
       if (molecule[j] != molecule[i])
@@ -553,7 +597,6 @@ void FixPeridemBonds::map_partners()
                    atom->tag[i], atom->tag[j], molecule[i], molecule[j]);
     }
   }
-  flag_rigid();
 }
 
 /* ---------------------------------------------------------------------- */

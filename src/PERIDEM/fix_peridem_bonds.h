@@ -21,6 +21,7 @@ FixStyle(peridem/bonds,FixPeridemBonds);
 #include "fix.h"
 #include "peridem_bond_watch.h"
 #include "peridem_cut.h"
+#include "peridem_families.h"
 #include "peridem_family_laws.h"
 #include "peridem_rows.h"
 
@@ -97,7 +98,12 @@ class FixPeridemBonds : public Fix, public PeridemRows {
   double cutghost_set{0.0};                       // ghost cutoff that this fix has asked for
   bigint natoms_seen{-1};
   bool weights_stale{true};
-  int rigid_bits{0};    // groups of fixes that move rigid bodies
+  struct {    // at the last reneighbouring
+    std::vector<tagint> ids, grains;
+    std::vector<int> types;
+  } seen;
+  bool ghost_partners{true};    // may a partner be another ghost at the next one?
+  int rigid_bits{0};            // groups of fixes that move rigid bodies
   const FixPeridemAdapt *adapt{nullptr};
   PeridemBondWatch watch;
   PeridemFamilyLaws laws;
@@ -114,6 +120,8 @@ class FixPeridemBonds : public Fix, public PeridemRows {
   void remove_row_entry(int i, tagint jtag);
   void build_if_new_nodes();
   void build_families();
+  double enter_families(const std::vector<int> &, double reach,
+                        const PeridemFamilies::MaterialOf &);
   double longest_reference() const;
   std::vector<int> nodes_without_family();
   std::map<tagint, bigint> grain_sizes(const std::vector<int> &) const;
@@ -122,6 +130,7 @@ class FixPeridemBonds : public Fix, public PeridemRows {
   void check_families(const std::vector<int> &fresh);
   void build_local();
   void compute_weights();
+  bool same_nodes();
   void map_partners();
   bool moves_rigidly(int i) const;
   void lost_partner(int i, tagint jtag);

@@ -268,14 +268,71 @@ void PeridemBatchPlan::build(const FixPeridemBonds *_bonds, const std::vector<La
     else
       fit.push_back(std::move(grain));
   }
+  if (news(fit))
+    dissolve_small(fit);
+  else
+    leave_loners(fit);
   find_shapes(fit);
   form_groups(fit, laws, forced);
   settle();
 }
 
 /* ----------------------------------------------------------------------
-   Full groups whose grains are still here, with the bonds that they had, need new indices alone:
-   most reneighbourings change little.
+   is there a grain that could be batched and has not been left out last time?
+------------------------------------------------------------------------- */
+
+bool PeridemBatchPlan::news(const Grains &grains) const
+{
+  return std::any_of(grains.begin(), grains.end(), [this](const Grain &grain) {
+    return !grain.shared &&
+        !std::binary_search(loners.begin(), loners.end(), atom->molecule[grain.nodes[0]]);
+  });
+}
+
+/* ----------------------------------------------------------------------
+   grains without company last time have none now: all others are where they were
+------------------------------------------------------------------------- */
+
+void PeridemBatchPlan::leave_loners(Grains &grains)
+{
+  const auto end = std::remove_if(grains.begin(), grains.end(), [](const Grain &grain) {
+    return !grain.shared;
+  });
+  left[FEW] += grains.end() - end;
+  grains.erase(end, grains.end());
+}
+
+/* ----------------------------------------------------------------------
+   groups with free lanes could take in new grains: their grains are up for choice again
+------------------------------------------------------------------------- */
+
+void PeridemBatchPlan::dissolve_small(Grains &grains)
+{
+  loners.clear();
+  std::vector<PeridemBatchGroup> full;
+  for (auto &group : groups) {
+    if (group.lanes == WIDTH) {
+      full.push_back(std::move(group));
+      continue;
+    }
+    for (int lane = 0; lane < group.lanes; lane++) {
+      Grain grain;
+      grain.type = group.type;
+      find_lane(group, lane, grain);
+      for (const int i : grain.nodes) {
+        covered[i] = 0;
+        places[i] = {-1, -1};
+      }
+      grains.push_back(std::move(grain));
+    }
+  }
+  groups.swap(full);
+  for (std::size_t g = 0; g < groups.size(); g++) enter(groups[g], g);
+}
+
+/* ----------------------------------------------------------------------
+   Groups whose grains are still here, with the bonds that they had, need new indices alone: most
+   reneighbourings change little.
 ------------------------------------------------------------------------- */
 
 void PeridemBatchPlan::keep_groups(bool forced)
@@ -290,14 +347,13 @@ void PeridemBatchPlan::keep_groups(bool forced)
     next++;
   }
   groups.resize(next);
-  kept = next;
 }
 
 /* ---------------------------------------------------------------------- */
 
 bool PeridemBatchPlan::keep(PeridemBatchGroup &group, bool forced) const
 {
-  if (group.lanes < WIDTH || !(forced || gains(group))) return false;
+  if (!(forced || gains(group))) return false;
   group.shift.clear();
   for (int lane = 0; lane < WIDTH; lane++) {
     Grain grain;
@@ -319,7 +375,7 @@ bool PeridemBatchPlan::find_lane(PeridemBatchGroup &group, int lane, Grain &grai
     grain.nodes.push_back(i);
     found += bonds->num[i];
   }
-  return found == group.held[lane] && unwrap(grain);
+  return (lane >= group.lanes || found == group.held[lane]) && unwrap(grain);
 }
 
 /* ---------------------------------------------------------------------- */
@@ -532,9 +588,19 @@ void PeridemBatchPlan::form_groups(Grains &grains, const std::vector<Law> &laws,
     if (build_group(first, last, forced))
       fill_nodes(groups.back(), laws);
     else
-      left[FEW] += last - first;
+      leave(first, last);
     if (!first->shared) first_shared = groups.size();
   }
+  std::sort(loners.begin(), loners.end());
+}
+
+/* ---------------------------------------------------------------------- */
+
+void PeridemBatchPlan::leave(const Grain *first, const Grain *last)
+{
+  left[FEW] += last - first;
+  for (const auto *grain = first; grain < last; grain++)
+    if (!grain->shared) loners.push_back(atom->molecule[grain->nodes[0]]);
 }
 
 /* ----------------------------------------------------------------------

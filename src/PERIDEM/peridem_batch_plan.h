@@ -91,12 +91,15 @@ class PeridemBatchPlan : protected Pointers {
              const double *dashpot, bool forced);
 
   // build everything anew next time
-  void forget() { groups.clear(); }
+  void forget()
+  {
+    groups.clear();
+    loners.clear();
+  }
 
   PeridemBatchShare share;
   std::vector<PeridemBatchGroup> groups;
   std::size_t first_shared{0};    // groups from here on have borrowed nodes
-  std::size_t kept{0};            // groups before this are those of the last plan
   std::vector<char> covered;      // by index: is the node in a batch, here or on another rank?
   struct Place {
     int group, lane;
@@ -135,10 +138,15 @@ class PeridemBatchPlan : protected Pointers {
   const double *stiffness{nullptr}, *dashpot{nullptr};
   int nlocal{0};
   bigint natoms{-1};
+  std::vector<tagint> loners;    // grains of this rank that were too few of their kind, by ID
 
   void keep_groups(bool forced);
   bool keep(PeridemBatchGroup &, bool forced) const;
   bool find_lane(PeridemBatchGroup &, int lane, Grain &) const;
+  bool news(const Grains &) const;
+  void leave_loners(Grains &);
+  void dissolve_small(Grains &);
+  void leave(const Grain *first, const Grain *last);
   static void put_shift(PeridemBatchGroup &, int lane, const Grain &);
   void enter(const PeridemBatchGroup &, std::size_t place);
 

@@ -46,6 +46,13 @@ static constexpr double COUNTABLE = 1.0e15;
 // for nodes exactly on the horizon.
 static constexpr double WEIGHTLESS = 1.0e-6;
 
+// of a family as it travels: local index, weighted volume, volume, bonds without and with cuts
+static constexpr std::size_t HEADER = 5;
+
+// Numbers in a piece of what was found: so many that malloc has the memory from the system, gives it
+// back when the piece goes, and does not touch what a piece does not need. A family has room behind.
+static constexpr std::size_t PIECE = 5000000, ROOM = 20000;
+
 // a node as it travels to the ranks that need it; all numbers are exact in a double
 struct PeridemFamilies::Node {
   double tag, mol, type, volume;
@@ -72,13 +79,10 @@ PeridemFamilies::PeridemFamilies(LAMMPS *lmp, MaterialOf _material, const Peride
 
 /* ---------------------------------------------------------------------- */
 
-std::vector<PeridemFamilies::Family> PeridemFamilies::build(const std::vector<int> &nodes)
+void PeridemFamilies::build(const std::vector<int> &nodes)
 {
   check_ids();
-  const auto received = PeridemMessages::exchange(world, send_nodes(nodes));
-  const std::size_t width = sizeof(Node) / sizeof(double);
-  const auto *const first = reinterpret_cast<const Node *>(received.data());
-  std::vector<Node> mine(first, first + received.size() / width);
+  auto mine = nodes_of_blocks(nodes);
   auto key = [](const Node &n) {
     return std::tie(n.mol, n.block[0], n.block[1], n.block[2]);
   };
@@ -87,33 +91,57 @@ std::vector<PeridemFamilies::Family> PeridemFamilies::build(const std::vector<in
   });
 
   longest_now = 0.0;
-  std::vector<std::vector<double>> answers(comm->nprocs);
+  nbonds = 0;
+  std::vector<Numbers> answers(comm->nprocs);
   for (std::size_t begin = 0, end = 0; begin < mine.size(); begin = end) {
     while (end < mine.size() && key(mine[end]) == key(mine[begin])) end++;
     families_of_block(&mine[begin], &mine[begin] + (end - begin), answers);
   }
   MPI_Allreduce(MPI_IN_PLACE, &longest_now, 1, MPI_DOUBLE, MPI_MAX, world);
-
-  const auto found = PeridemMessages::exchange(world, answers);
-  std::vector<Family> families;
-  families.reserve(nodes.size());
-  for (std::size_t m = 0; m < found.size();) {
-    Family family;
-    family.node = static_cast<int>(found[m++]);
-    family.wvolume = found[m++];
-    family.volume = found[m++];
-    family.reference = static_cast<int>(found[m++]);
-    family.bonds.resize(static_cast<std::size_t>(found[m++]));
-    for (auto &bond : family.bonds) {
-      bond.tag = static_cast<tagint>(found[m++]);
-      bond.length = found[m++];
+  if (comm->nprocs > 1) found.push_back(PeridemMessages::exchange(world, answers));
+  for (const auto &piece : found)
+    for (std::size_t m = 0; m < piece.size();) {
+      const auto count = read(&piece[m]).count;
+      nbonds += count;
+      m += HEADER + 2 * count;
     }
-    families.push_back(std::move(family));
-  }
+}
+
+/* ---------------------------------------------------------------------- */
+
+std::vector<PeridemFamilies::Node>
+PeridemFamilies::nodes_of_blocks(const std::vector<int> &nodes) const
+{
+  const auto received = PeridemMessages::exchange(world, send_nodes(nodes));
+  const std::size_t width = sizeof(Node) / sizeof(double);
+  const auto *const first = reinterpret_cast<const Node *>(received.data());
+  return {first, first + received.size() / width};
+}
+
+/* ---------------------------------------------------------------------- */
+
+PeridemFamilies::Family PeridemFamilies::read(const double *numbers)
+{
+  return {static_cast<int>(numbers[0]),
+          numbers[1],
+          numbers[2],
+          static_cast<int>(numbers[3]),
+          static_cast<std::size_t>(numbers[4]),
+          numbers + HEADER};
+}
+
+/* ---------------------------------------------------------------------- */
+
+void PeridemFamilies::each(const std::function<void(const Family &)> &tell) const
+{
+  std::vector<Family> families;
+  for (const auto &piece : found)
+    for (std::size_t m = 0; m < piece.size(); m += HEADER + 2 * families.back().count)
+      families.push_back(read(&piece[m]));
   std::sort(families.begin(), families.end(), [](const Family &a, const Family &b) {
     return a.node < b.node;
   });
-  return families;
+  for (const auto &family : families) tell(family);
 }
 
 /* ----------------------------------------------------------------------
@@ -311,11 +339,25 @@ double PeridemFamilies::volume_and_influence(const PeridemMaterial &mat, const N
 }
 
 /* ----------------------------------------------------------------------
+   where the next family that a rank wants has its place
+------------------------------------------------------------------------- */
+
+PeridemFamilies::Numbers &PeridemFamilies::answer_for(int rank, std::vector<Numbers> &answers)
+{
+  if (rank != comm->me) return answers[rank];
+  if (found.empty() || found.back().size() > PIECE) {
+    found.emplace_back();
+    found.back().reserve(PIECE + ROOM);
+  }
+  return found.back();
+}
+
+/* ----------------------------------------------------------------------
    nodes first to last are those of one grain that reach one block
 ------------------------------------------------------------------------- */
 
 void PeridemFamilies::families_of_block(const Node *first, const Node *last,
-                                        std::vector<std::vector<double>> &answers)
+                                        std::vector<Numbers> &answers)
 {
   std::vector<PeridemCells::Point> points(last - first);
   for (std::size_t m = 0; m < points.size(); m++) {
@@ -338,7 +380,7 @@ void PeridemFamilies::families_of_block(const Node *first, const Node *last,
                                  return is_cut(*node, *entry.second);
                                }),
                 row.end());
-    auto &answer = answers[static_cast<int>(node->owner)];
+    auto &answer = answer_for(static_cast<int>(node->owner), answers);
     answer.insert(answer.end(),
                   {node->local, wvolume, volume, reference, static_cast<double>(row.size())});
     for (const auto &entry : row)

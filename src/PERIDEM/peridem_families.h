@@ -28,16 +28,16 @@ struct PeridemMaterial;
 
 class PeridemFamilies : protected Pointers {
  public:
-  struct Bond {
-    tagint tag;       // of the partner
-    double length;    // in the reference configuration
-  };
   struct Family {
-    int node;                   // local index
-    double wvolume;             // weighted volume
-    double volume;              // sum of v_ij V_j
-    int reference;              // bonds that the family has without the cuts
-    std::vector<Bond> bonds;    // those that no cut crosses, by increasing tag
+    int node;               // local index
+    double wvolume;         // weighted volume
+    double volume;          // sum of v_ij V_j
+    int reference;          // bonds that the family has without the cuts
+    std::size_t count;      // of those that no cut crosses, by increasing tag
+    const double *bonds;    // of each of them the partner's tag and the length in the reference
+
+    tagint tag(std::size_t k) const { return static_cast<tagint>(bonds[2 * k]); }
+    double length(std::size_t k) const { return bonds[2 * k + 1]; }
   };
   // the material of bonds between two types, null where there are none
   using MaterialOf = std::function<const PeridemMaterial *(int, int)>;
@@ -46,7 +46,10 @@ class PeridemFamilies : protected Pointers {
   PeridemFamilies(class LAMMPS *, MaterialOf, const class PeridemCuts &, double reach);
 
   // families of owned nodes among each other's grains; collective
-  std::vector<Family> build(const std::vector<int> &nodes);
+  void build(const std::vector<int> &nodes);
+  std::size_t bonds() const { return nbonds; }
+  // by increasing local index
+  void each(const std::function<void(const Family &)> &) const;
 
   // longest bond at the present positions, of all ranks
   double longest() const { return longest_now; }
@@ -58,13 +61,23 @@ class PeridemFamilies : protected Pointers {
  private:
   struct Node;
   struct Blocks;
+  struct Bond {
+    tagint tag;
+    double length;
+  };
   using Row = std::vector<std::pair<Bond, const Node *>>;
+  using Numbers = std::vector<double>;
+
+  // families as they travel; those that stay on this rank are in pieces, which do not move as they grow
+  std::vector<Numbers> found;
+  std::size_t nbonds{0};
   MaterialOf material;
   const PeridemCuts &cuts;
   double reach;
   double longest_now{0.0};
 
   void check_ids() const;
+  std::vector<Node> nodes_of_blocks(const std::vector<int> &) const;
   std::vector<std::vector<double>> send_nodes(const std::vector<int> &) const;
   void send_images(int i, std::vector<std::vector<double>> &) const;
   void send_image(Node &, bool image, std::vector<std::vector<double>> &) const;
@@ -75,8 +88,9 @@ class PeridemFamilies : protected Pointers {
   void weigh(const Node &, const Row &, double &wvolume, double &volume);
   bool is_cut(const Node &, const Node &) const;
   int rank_of_block(tagint mol, const double *block) const;
-  void families_of_block(const Node *first, const Node *last,
-                         std::vector<std::vector<double>> &answers);
+  Numbers &answer_for(int rank, std::vector<Numbers> &answers);
+  void families_of_block(const Node *first, const Node *last, std::vector<Numbers> &answers);
+  static Family read(const double *);
 };
 
 }    // namespace LAMMPS_NS

@@ -21,6 +21,9 @@
 
 using namespace LAMMPS_NS;
 
+// parts of the pool that may be gaps, and of the nodes whose rows may be out of order
+static constexpr double MOST_GAPS = 0.05, MOST_STRAYS = 0.05;
+
 /* ---------------------------------------------------------------------- */
 
 PeridemRows::~PeridemRows()
@@ -144,50 +147,73 @@ bool PeridemRows::bonded(int i, tagint jtag) const
 }
 
 /* ----------------------------------------------------------------------
-   the pool grows by doubling: give back what it does not need
+   the pool grows by doubling unless it is told how much there will be
 ------------------------------------------------------------------------- */
 
-void PeridemRows::shrink_pool()
+void PeridemRows::reserve_pool(std::size_t more)
 {
-  ptag.shrink_to_fit();
-  length.shrink_to_fit();
-  weight.shrink_to_fit();
-  partner.shrink_to_fit();
+  ptag.reserve(ptag.size() + more);
+  length.reserve(length.size() + more);
+}
+
+/* ---------------------------------------------------------------------- */
+
+void PeridemRows::fill_pool()
+{
+  weight.reserve(ptag.size());
+  partner.reserve(ptag.size());
+  weight.resize(ptag.size(), 0.0);
+  partner.resize(ptag.size(), -1);
+}
+
+/* ---------------------------------------------------------------------- */
+
+int PeridemRows::longest_row(int nlocal) const
+{
+  return nlocal ? std::max(0, *std::max_element(num, num + nlocal)) : 0;
 }
 
 /* ----------------------------------------------------------------------
-   nodes that came, left or were sorted, and broken bonds, leave the pool in disorder and with gaps
+   Nodes that came, left or were sorted, and broken bonds, leave the pool in disorder and with gaps.
+   Both cost whoever passes over all rows, and moving them costs as much as some passes.
 ------------------------------------------------------------------------- */
 
-int PeridemRows::order_pool(int nlocal)
+bool PeridemRows::order_pool(int nlocal)
 {
-  bigint total = 0;
-  int longest = 0;
-  bool in_order = true;
+  bigint total = 0, end = 0, strays = 0;
   for (int i = 0; i < nlocal; i++) {
-    if (num[i] <= 0) start[i] = total;    // without a solid nodes have no families: num is -1
-    in_order = in_order && start[i] == total;
-    total += std::max(num[i], 0);
-    longest = std::max(longest, num[i]);
+    if (num[i] <= 0) continue;    // without a solid nodes have no families: num is -1
+    if (start[i] < end) strays++;
+    end = start[i] + num[i];
+    total += num[i];
   }
-  if (in_order && total == static_cast<bigint>(ptag.size())) return longest;
+  const auto size = static_cast<bigint>(ptag.size());
+  if (static_cast<double>(size - total) <= MOST_GAPS * static_cast<double>(total) &&
+      static_cast<double>(strays) <= MOST_STRAYS * nlocal)
+    return false;
 
-  std::vector<tagint> new_ptag(total);
-  std::vector<double> new_length(total), new_weight(total);
+  // one after the other: a second copy of one of them, not of all
+  copy_rows(ptag, nlocal, total);
+  copy_rows(length, nlocal, total);
+  copy_rows(weight, nlocal, total);
+  std::vector<int>(total, -1).swap(partner);
   bigint at = 0;
   for (int i = 0; i < nlocal; i++) {
-    if (num[i] <= 0) continue;
-    std::copy_n(ptag.begin() + start[i], num[i], new_ptag.begin() + at);
-    std::copy_n(length.begin() + start[i], num[i], new_length.begin() + at);
-    std::copy_n(weight.begin() + start[i], num[i], new_weight.begin() + at);
     start[i] = at;
-    at += num[i];
+    at += std::max(num[i], 0);
   }
-  ptag.swap(new_ptag);
-  length.swap(new_length);
-  weight.swap(new_weight);
-  partner.resize(total);
-  return longest;
+  return true;
+}
+
+/* ---------------------------------------------------------------------- */
+
+template <class T> void PeridemRows::copy_rows(std::vector<T> &from, int nlocal, bigint total) const
+{
+  std::vector<T> to;
+  to.reserve(total);
+  for (int i = 0; i < nlocal; i++)
+    if (num[i] > 0) to.insert(to.end(), &from[start[i]], &from[start[i]] + num[i]);
+  from.swap(to);
 }
 
 /* ---------------------------------------------------------------------- */

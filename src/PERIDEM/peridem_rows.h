@@ -10,7 +10,8 @@
 ------------------------------------------------------------------------- */
 
 // The bonds of every node, in both directions, in one compressed pool without padding: those of node
-// i are start[i] <= k < start[i] + num[i].  A broken bond is taken out of its row.  Rows are sorted
+// i are start[i] <= k < start[i] + num[i].  A broken bond is taken out of its row and leaves a gap,
+// and so do nodes that leave; the pool is put in order when that is worth while.  Rows are sorted
 // by the partner's ID, so that sums do not depend on how nodes are spread over processors.
 
 #ifndef LMP_PERIDEM_ROWS_H
@@ -62,12 +63,18 @@ class PeridemRows {
   int unpack_row(int i, const double *buf, bool with_weights);    // weights are 0 if there are none
   void append(tagint tag, double R, double w);
 
-  void shrink_pool();
-  int order_pool(int nlocal);    // rows as the nodes stand; returns the longest
+  // tags and lengths of that many bonds may be appended before fill_pool(), and then have no weights
+  void reserve_pool(std::size_t more);
+  void fill_pool();
+  int longest_row(int nlocal) const;
+  // rows as the nodes stand, if too many are not, or if there are too many gaps; did rows move?
+  bool order_pool(int nlocal);
   double pool_bytes(int nmax) const;
 
  private:
   class Memory *storage;
+
+  template <class T> void copy_rows(std::vector<T> &, int nlocal, bigint total) const;
 };
 
 }    // namespace LAMMPS_NS

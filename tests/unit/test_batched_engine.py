@@ -339,6 +339,26 @@ def test_the_largest_frequency_is_that_of_the_general_engine(name, scales, more,
     assert steps[0] == pytest.approx(steps[1], rel=1e-11)
 
 
+@pytest.mark.parametrize("order", ["", "atom_modify sort 7 0.5"])
+def test_reneighbouring_at_every_step_changes_nothing(order, simulation, rng):
+    """Indices, groups with free lanes and grains without company are kept from one to the next.
+
+    Nodes that are sorted now and then are at other places in memory. Bonds break on the way; the
+    hundred steps until then let roundings grow tenfold.
+    """
+    solid = replace(SOLIDS["plane strain"], s0=0.12)
+    one = grains(rng, 2, count=21, scales=SCALES["one size"])
+    v = np.zeros_like(one.x)
+    v[:, :2] = 0.15 * rng.normal(size=(one.n, 2))
+    moved = one.moved(one.x, v)
+    sims = []
+    for often in ("every 1 delay 0 check no", "every 1000 delay 0 check no"):
+        sim = started(simulation, moved, "auto", solid, f"{order}\nneigh_modify {often}")
+        sims.append(sim.commands("fix motion all nve\ntimestep 0.005\nrun 100 post no"))
+    assert 0.0 < sims[0].compute("node")[:, 0].mean() < 0.5
+    assert_equal_state(*sims, accuracy=10 * ACCURACY)
+
+
 def test_nodes_out_of_the_plane(simulation, rng):
     """A data file cannot hold them in 2D, a program that sets positions can."""
     one = grains(rng, 2, count=3, shapes=1)
