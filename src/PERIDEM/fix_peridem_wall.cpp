@@ -540,8 +540,7 @@ void FixPeridemWall::impact(const Impact &one)
   if (advance) peak = MAX(peak, approach);
   const double mobility = one.body.mobility_along(one.foot.normal);
   const auto &law = laws[atom->type[i]];
-  const double k = law.spring(atom->vfrac[i], atom->vfrac[i]);
-  const double size = law.impact_force(one.elastic, k, approach, peak, mobility, dt);
+  const double size = law.impact_force(one.elastic, collision.stored, approach, peak, mobility, dt);
   double push[3];
   for (int m = 0; m < 3; m++) {
     push[m] = size * one.foot.normal[m];
@@ -635,12 +634,13 @@ void FixPeridemWall::find_collisions()
     for (int m = 0; m < 3; m++)
       approach -=
           (one.body.velocity[m] - one.foot.velocity[m] - motion.velocity[m]) * one.foot.normal[m];
-    collisions.add(one.collision, one.elastic, approach, 0.0, 1.0, bodies->shared(one.node));
+    const double V = atom->vfrac[one.node], k = laws[atom->type[one.node]].spring(V, V);
+    collisions.add(one.collision, one.elastic, k, approach, 1.0, bodies->shared(one.node));
   }
   // contacts that are open for a moment remember too
   for (const int i : nearby.nodes())
     for (const auto &slot : memories.of(i))
-      collisions.add(place_of(i, slot.key), 0.0, 0.0, slot.peak, 0.0, bodies->shared(i));
+      collisions.remember(place_of(i, slot.key), slot.peak, bodies->shared(i));
   collisions.merge();
 }
 

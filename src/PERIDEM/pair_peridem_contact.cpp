@@ -796,7 +796,7 @@ void PairPeridemContact::find_collisions()
     if (spring.i < 0) continue;
     const bigint a = body_id(spring.i), b = body_id(spring.j);
     spring.collision = a == b ? -1 : collisions.find(a, b, spring.collision);
-    if (a != b) collisions.add(spring.collision, 0.0, 0.0, spring.peak, 0.0, elsewhere(spring));
+    if (a != b) collisions.remember(spring.collision, spring.peak, elsewhere(spring));
   }
   for (const auto &impact : impacts) {
     const auto &spring = springs[impact.spring];
@@ -804,7 +804,9 @@ void PairPeridemContact::find_collisions()
     const auto &bi = body_of[impact.i], &bj = body_of[impact.j];
     double approach = 0.0;
     for (int m = 0; m < 3; m++) approach -= impact.n[m] * (bj.velocity[m] - bi.velocity[m]);
-    collisions.add(spring.collision, impact.elastic, approach, 0.0, impact.j < nlocal ? 1.0 : 0.5,
+    const auto &law = laws[index(atom->type[impact.i], atom->type[impact.j])];
+    const double k = law.spring(atom->vfrac[impact.i], atom->vfrac[impact.j]);
+    collisions.add(spring.collision, impact.elastic, k, approach, impact.j < nlocal ? 1.0 : 0.5,
                    elsewhere(spring));
   }
   collisions.merge();
@@ -827,8 +829,8 @@ void PairPeridemContact::add_impact(const Impact &impact)
 
   const auto &law = laws[index(atom->type[i], atom->type[j])];
   const double mobility = bi.mobility_along(impact.n) + bj.mobility_along(impact.n);
-  const double k = law.spring(atom->vfrac[i], atom->vfrac[j]);
-  const double force = law.impact_force(impact.elastic, k, approach, spring.peak, mobility, dt);
+  const double force =
+      law.impact_force(impact.elastic, collision.stored, approach, spring.peak, mobility, dt);
   double push[3], pull[3], centres[3];
   for (int m = 0; m < 3; m++) {
     push[m] = -force * impact.n[m];

@@ -33,7 +33,7 @@ void PeridemCollisions::clear()
 
 void PeridemCollisions::begin()
 {
-  for (auto &one : list) one.force = one.power = one.peak = 0.0;
+  for (auto &one : list) one.force = one.power = one.stored = one.peak = 0.0;
 }
 
 /* ---------------------------------------------------------------------- */
@@ -55,12 +55,21 @@ int PeridemCollisions::find(bigint a, bigint b, int guess)
 
 /* ---------------------------------------------------------------------- */
 
-void PeridemCollisions::add(int place, double force, double approach, double peak, double share,
+void PeridemCollisions::add(int place, double force, double spring, double approach, double share,
                             bool seen_elsewhere)
 {
   auto &one = list[place];
   one.force += share * force;
   one.power += share * force * approach;
+  one.stored += share * force * force / spring;
+  one.abroad = one.abroad || seen_elsewhere;
+}
+
+/* ---------------------------------------------------------------------- */
+
+void PeridemCollisions::remember(int place, double peak, bool seen_elsewhere)
+{
+  auto &one = list[place];
   one.peak = MAX(one.peak, peak);
   one.abroad = one.abroad || seen_elsewhere;
 }
@@ -76,7 +85,7 @@ void PeridemCollisions::merge()
   for (auto &one : list) {
     if (!one.abroad) continue;
     if (one.force > 0.0 || one.peak > 0.0) seen.push_back(one);
-    one.force = one.power = one.peak = 0.0;
+    one.force = one.power = one.stored = one.peak = 0.0;
   }
   for (const auto &one : PeridemMessages::gather(world, std::move(seen))) {
     const auto found = places.find({one.low, one.high});
@@ -84,6 +93,7 @@ void PeridemCollisions::merge()
     auto &same = list[found->second];
     same.force += one.force;
     same.power += one.power;
+    same.stored += one.stored;
     same.peak = MAX(same.peak, one.peak);
   }
 }

@@ -28,6 +28,7 @@ struct PeridemCollision {
   bigint low, high;      // two bodies, or a face of a wall (a number below 0) and a body
   double force{0.0};     // sum of the elastic forces
   double power{0.0};     // sum of force times speed of approach
+  double stored{0.0};    // twice the energy of the springs
   double peak{0.0};      // fastest approach so far
   bool abroad{false};    // another rank may have a contact of the same collision
   double approach() const { return force > 0.0 ? power / force : 0.0; }
@@ -45,8 +46,10 @@ class PeridemCollisions : protected Pointers {
   int find(bigint a, bigint b, int guess = -1);
   // a contact that has touched in a collision that is not over; share = of this rank, seen_elsewhere:
   // another rank may have a contact of the same collision
-  void add(int place, double force, double approach, double peak, double share,
+  void add(int place, double force, double spring, double approach, double share,
            bool seen_elsewhere);
+  // the same of one that is open, or not: how fast it has come
+  void remember(int place, double peak, bool seen_elsewhere);
   // sum up what all ranks have added; collective
   void merge();
   const PeridemCollision &at(int place) const { return list[place]; }

@@ -240,13 +240,13 @@ double PeridemContactLaw::impact_number(double restitution)
 
 /* ---------------------------------------------------------------------- */
 
-double PeridemContactLaw::impact_force(double elastic, double k, double approach, double peak,
+double PeridemContactLaw::impact_force(double elastic, double stored, double approach, double peak,
                                        double mobility, double dt) const
 {
   if (!(peak > 0.0)) return 0.0;
-  // A spring that holds more energy than the bodies came with is pressed by something else, and
-  // slowly: what counts is the speed that its energy would give them. In a collision it holds less.
-  const double pressed = elastic * std::sqrt(mobility / k);
+  // Springs that hold more energy than the bodies came with are pressed by something else, and
+  // slowly: what counts is the speed that their energy would give them. In a collision it is less.
+  const double pressed = std::sqrt(stored * mobility);
   // bodies part no faster than a collision lets them: what parts faster has other reasons
   const double speed = approach / (peak > pressed ? peak : pressed);
   double force = elastic * impact * (speed > -restitution ? speed : -restitution);

@@ -84,10 +84,10 @@ class PeridemContactLaw {
     return force > 0.0 ? force : 0.0;
   }
 
-  // what the loss of a collision adds to the elastic force: bodies approach each other at this
-  // speed, at most at the speed peak so far; k is the spring of the two nodes, mobility speed over
-  // impulse between the bodies
-  double impact_force(double elastic, double k, double approach, double peak, double mobility,
+  // what the loss of a collision adds to the elastic force of one contact: bodies approach each other
+  // at this speed, at most at the speed peak so far; stored is twice the energy of all springs between
+  // the bodies, mobility their speed over impulse at the contact
+  double impact_force(double elastic, double stored, double approach, double peak, double mobility,
                       double dt) const;
 
   // A collision is over when nodes that touched part by more than this gap: before that, contacts
