@@ -257,7 +257,11 @@ def test_a_program_that_is_not_lammps_is_no_success(tmp_path, capsys):
 def test_ctrl_c_ends_a_mesh_at_once(tmp_path):
     """gmsh is at work for minutes on this one, and knows nothing of Python's signals."""
     words = [sys.executable, "-m", "peridem.cli", "mesh", "ellipsoid", "--spacing", "1.2e-5"]
-    with subprocess.Popen(words, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as job:
+    # programs started in the background by a script ignore Ctrl-C, and so would this one
+    heeded = functools.partial(signal.signal, signal.SIGINT, signal.SIG_DFL)
+    with subprocess.Popen(
+        words, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, preexec_fn=heeded
+    ) as job:
         try:
             maps = Path(f"/proc/{job.pid}/maps")
             deadline = time.monotonic() + 60.0
