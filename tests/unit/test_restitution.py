@@ -242,3 +242,32 @@ def test_what_is_added_to_a_steady_load_goes_with_its_speed(speed, simulation):
     added = u * 0.5 * speed * np.sqrt(60.0 * one.mass.sum())  # each plate sees half the speed
     # the disc without loss in the law still moves a little between the plates
     assert loads[1] - loads[0] == pytest.approx(added, rel=0.02, abs=1e-3 * loads[0])
+
+
+def test_pressing_counts_the_energy_of_all_springs_of_two_bodies(simulation):
+    """A row of nodes, one grain, deep in a floor on which it moves slowly: the closed form."""
+    count, k, depth, speed = 5, 5.0, 0.01, 1e-4
+    x = np.column_stack([1.5 * np.arange(count), np.full(count, 1.0 - depth)])
+    one = cloud(x, molecule=1, dimension=2, margin=20)
+    one.v[:, 1] = -speed
+    sim = simulation().load(one, dimension=2)
+    sim.commands(
+        f"""
+        pair_style zero 2.0
+        pair_coeff * *
+        fix floor all peridem/wall plane 0 0 0 0 1 0 radius 1.0 stiffness {k} restitution 0.5
+        fix motion all nve
+        timestep 1e-6
+        run 1 post no
+        """
+    )
+    u = brentq(lambda u: u - np.log1p(u) + 0.5 * u + np.log1p(-0.5 * u), 1e-3, 2.0 - 1e-9)
+    arm = one.x[:, 0] - one.x[:, 0].mean()
+    mobility = 1.0 / one.mass.sum() + arm**2 / (one.mass @ arm**2)
+    spring = k * one.volume**2 * depth  # of each node
+    stored = (spring**2 / (k * one.volume**2)).sum()
+    assert np.all(np.sqrt(stored * mobility) > speed)  # pressed, not hit
+    extra = (u * spring * speed / np.sqrt(stored * mobility)).sum()
+    force = sim.fix_vector("floor", 2)[1]
+    # the floor feels the springs, which have moved on by 1e-8 of their depth, and the dashpot
+    assert -force - spring.sum() == pytest.approx(extra, rel=1e-3)
