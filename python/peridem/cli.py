@@ -161,7 +161,7 @@ def _add_run(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> N
     _add_after(run)
     run.add_argument("--resume", action="store_true", help="go on from the newest restart file")
     run.add_argument("--checkpoint", type=int, metavar="N", help="steps between restart files")
-    run.add_argument("--lmp", type=Path, help="the program ($LAMMPS_LMP, build/lmp, lmp)")
+    run.add_argument("--lmp", type=Path, help="the LAMMPS program ($LAMMPS_LMP, build/lmp, lmp)")
     run.add_argument(
         "--var",
         nargs=2,
@@ -170,7 +170,9 @@ def _add_run(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> N
         metavar=("NAME", "VALUE"),
         help="a variable of the script (-var of lmp)",
     )
-    run.add_argument("--in-process", action="store_true", help="with the lammps module")
+    run.add_argument(
+        "--in-process", action="store_true", help="with the lammps module, in this Python"
+    )
     run.add_argument("-q", "--quiet", action="store_true", help="no progress bar")
     run.set_defaults(work=_run)
 
@@ -200,9 +202,13 @@ def _add_mesh(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> 
 
     mesh = _command(commands, "mesh", "mesh a named shape, or check a mesh file", MESH)
     mesh.add_argument("shape", help=f"{', '.join(NAMED)}, or a mesh file")
-    mesh.add_argument("--radius", type=float, default=1e-3, help="of the circle around it (1e-3)")
     mesh.add_argument(
-        "--spacing", type=float, help="of the nodes (a fifth of the radius); fills a surface file"
+        "--radius", type=float, default=1e-3, help="of the circle or sphere around it, in m (1e-3)"
+    )
+    mesh.add_argument(
+        "--spacing",
+        type=float,
+        help="of the nodes, in m (a fifth of the radius); fills a surface file",
     )
     mesh.add_argument(
         "--volumes",
@@ -222,20 +228,28 @@ def _add_mesh(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> 
 
 def _add_plot(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
     plot = _command(commands, "plot", "plot wall pressure, thermo output or fragment sizes", PLOT)
-    plot.add_argument("folder", type=Path, help="of the run")
-    plot.add_argument("--wall", help="its name, if several move")
+    plot.add_argument("folder", type=Path, help="folder of the run")
+    plot.add_argument("--wall", help="name of the wall, if several move")
     kind = plot.add_mutually_exclusive_group()
-    kind.add_argument("--thermo", nargs="+", metavar="COLUMN", help="columns of the log")
+    kind.add_argument(
+        "--thermo", nargs="+", metavar="COLUMN", help="columns of the log, against time"
+    )
     kind.add_argument("--fragments", action="store_true", help="sizes of fragments")
-    plot.add_argument("-o", "--output", type=Path, help="picture (FOLDER/stress.png, ...)")
+    plot.add_argument(
+        "-o", "--output", type=Path, help="picture (FOLDER/stress.png, thermo.png or fragments.png)"
+    )
     plot.set_defaults(work=_plot)
 
 
 def _add_render(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
     render = _command(commands, "render", "draw grains; write films and ParaView files", RENDER)
-    render.add_argument("folder", type=Path, help="of the run")
-    render.add_argument("--frames", type=int, nargs="+", help="numbers of dumps (four, spread)")
-    render.add_argument("--field", default="damage", help="to colour by (damage)")
+    render.add_argument("folder", type=Path, help="folder of the run")
+    render.add_argument(
+        "--frames", type=int, nargs="+", help="numbers of dumps from 0, -1 the last (four)"
+    )
+    render.add_argument(
+        "--field", default="damage", help="what to colour by, one of --list (damage)"
+    )
     render.add_argument("--bottom", type=float, help="start of the colour scale")
     render.add_argument("--top", type=float, help="end of the colour scale (0.6 for damage)")
     render.add_argument("--colours", default="", help="a colour map of matplotlib")

@@ -256,6 +256,25 @@ def test_rigid_grains_take_longer_steps_until_one_wakes(simulation):
     assert sim.thermo("pe") + sim.thermo("ke") < 1.01 * kinetic
 
 
+@pytest.mark.parametrize(
+    ("radius", "nodes", "longer"), [(3.3, 37, 1.5), (6.3, 121, 2.7), (12.3, 481, 4.1)]
+)
+def test_how_much_longer_steps_are(radius, nodes, longer, simulation):
+    """The page has these numbers."""
+    x = disc(radius)
+    assert len(x) == nodes
+    width = x[:, 0].max() - x[:, 0].min()
+    pair = cloud(x, dimension=2), cloud(x + np.array([width + 0.94, 0, 0]), molecule=2, dimension=2)
+    steps = {}
+    for eta in (0, 1e9):
+        sim = simulation().load(join(*pair, margin=40), dimension=2)
+        lines = script(f"peridem/adapt eta {eta}", law="form bulk 10")
+        sim.commands(lines + "fix step all peridem/timestep\nrun 0 post no")
+        steps[eta] = sim.thermo("dt")
+    # a digit after the point is said
+    assert steps[1e9] / steps[0] == pytest.approx(longer, abs=0.05)
+
+
 # --- what it refuses -----------------------------------------------------------------------------
 
 
