@@ -22,6 +22,7 @@ from peridem.walls import AnyWall, RegionWall, Wall, group_of
 if TYPE_CHECKING:
     from peridem.scene import Scene
 
+SKIN = 1.25  # of the smallest contact radius, as pair style peridem/contact has it
 HALT_EVERY = 10  # steps between two looks at the time
 ROOM = 2  # steps allowed, over those that the first time step needs
 
@@ -173,10 +174,10 @@ def _contact(scene: Scene) -> list[str]:
     if len(set(found.values())) == 1:  # all alike, whatever the materials are called
         found = {"* *": words}
     lines += [f"pair_coeff      {pair} peridem/contact {words}" for pair, words in found.items()]
-    skin = 0.8 * scene.radii[0]
+    skin = SKIN * scene.radii[0]
     lines += [
         f"neighbor        {skin:.3g} bin".ljust(40)
-        + "# skin: 0.8 contact radii (the default in si units is 1 mm)",
+        + f"# skin: {SKIN} contact radii (the default in si units is 1 mm)",
         "neigh_modify    every 1 delay 0 check yes",
     ]
     bodies = [k for k, m in enumerate(scene.materials, 1) if isinstance(m, Inert)]

@@ -142,6 +142,7 @@ void FixPeridemWall::init()
 {
   surface->init();
   motion.init();
+  own_bodies.init();
 
   const auto *contact =
       dynamic_cast<PairPeridemContact *>(lmp->force->pair_match("peridem/contact", 1));
@@ -641,25 +642,30 @@ void FixPeridemWall::find_collisions()
   for (const int i : nearby.nodes())
     for (const auto &slot : memories.of(i))
       collisions.remember(place_of(i, slot.key), slot.peak, bodies->shared(i));
-  collisions.merge();
 }
 
 /* ---------------------------------------------------------------------- */
 
 void FixPeridemWall::impact_pass()
 {
-  int any[2] = {!impacts.empty(), bodies->torn()};
-  MPI_Allreduce(MPI_IN_PLACE, any, 2, MPI_INT, MPI_MAX, world);
+  // most walls touch no body that several ranks have parts of: then one question is enough
+  const bool known = bodies->known();
+  if (known) find_collisions();
+  int any[3] = {!impacts.empty(), !known && bodies->torn(), !known || collisions.abroad()};
+  MPI_Allreduce(MPI_IN_PLACE, any, 3, MPI_INT, MPI_MAX, world);
   pushing = any[0];
   push_power = 0.0;
   if (!pushing) return;
 
   if (books.open) pushes.assign(3 * static_cast<std::size_t>(atom->nlocal), 0.0);
-  bodies->start(any[1]);
-  find_collisions();
+  if (!known) {
+    bodies->start(any[1]);
+    find_collisions();
+  }
+  if (any[2]) collisions.merge();
   for (const auto &one : impacts) impact(one);
   spread.begin(atom->f[0], books.open ? &pushes : nullptr);
-  bodies->apply(spread);
+  bodies->apply(spread, any[2]);
 }
 
 /* ---------------------------------------------------------------------- */
@@ -739,12 +745,7 @@ void FixPeridemWall::sum_totals()
   }
   mine[6] = work;
   mine[7] = energy;
-  double sums[8];
-  MPI_Allreduce(mine, sums, 8, MPI_DOUBLE, MPI_SUM, world);
-  for (int k = 0; k < 6; k++) total[k] = sums[k];
-  total[7] = sums[6];
-  total[8] = sums[7];
-  MPI_Allreduce(&deepest, &total[6], 1, MPI_DOUBLE, MPI_MAX, world);
+  MPI_Allreduce(mine, total, 8, MPI_DOUBLE, MPI_SUM, world);
   totals_known = true;
 }
 
@@ -755,7 +756,7 @@ void FixPeridemWall::sum_totals()
 double FixPeridemWall::compute_scalar()
 {
   sum_totals();
-  return total[8];
+  return total[7];
 }
 
 /* ----------------------------------------------------------------------
@@ -765,8 +766,13 @@ double FixPeridemWall::compute_scalar()
 
 double FixPeridemWall::compute_vector(int n)
 {
-  sum_totals();
-  return total[n];
+  if (n != 6) {    // forces are asked for at every step, the overlap seldom
+    sum_totals();
+    return total[n < 6 ? n : 6];
+  }
+  double deepest_all;
+  MPI_Allreduce(&deepest, &deepest_all, 1, MPI_DOUBLE, MPI_MAX, world);
+  return deepest_all;
 }
 
 /* ---------------------------------------------------------------------- */

@@ -134,7 +134,7 @@ class FixPeridemWall : public Fix {
   };
   std::vector<Touch> touches;
   double work{0.0};    // of the wall on the nodes so far
-  double total[9];     // over all ranks
+  double total[8];     // over all ranks: force, torque, work, elastic energy
   bool totals_known{false};
 
   int parse_surface(int, int, char **);

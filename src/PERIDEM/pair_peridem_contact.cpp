@@ -50,8 +50,9 @@ static constexpr double WORTH_A_WARNING = 0.01;
 // keeps the place of the fix that holds the springs: before any fix that migrates nodes
 static constexpr char PLACEHOLDER[] = "PERIDEM_HISTORY_PLACE";
 
-// default skin, as a fraction of the contact distance
-static constexpr double SKIN = 0.8;
+// Default skin, as a fraction of the contact distance.  A list costs as much as ten steps, and nodes
+// that rattle between their neighbors would ask for a new one again and again.
+static constexpr double SKIN = 1.25;
 
 /* ---------------------------------------------------------------------- */
 
@@ -174,6 +175,7 @@ void PairPeridemContact::init_style()
 {
   check_styles();
   level.find(this, "Pair style peridem/contact");
+  bodies.init();
   mix_pairs();
   find_laws();
   const auto adapts = modify->get_fix_by_style("^peridem/adapt$");
@@ -321,7 +323,7 @@ void PairPeridemContact::shrink_skin() const
   neighbor->skin = SKIN * least;
   if (comm->me == 0)
     utils::logmesg(lmp,
-                   "PERIDEM: neighbor skin set to {:.6g}, {:.1f} of the contact distance (the "
+                   "PERIDEM: neighbor skin set to {:.6g}, {:.2f} of the contact distance (the "
                    "default of units {} is {:g})\n",
                    neighbor->skin, SKIN, update->unit_style, it->second);
 }
@@ -749,7 +751,7 @@ void PairPeridemContact::impact_pass()
   find_collisions();
   for (const auto &impact : impacts) add_impact(impact);
   spread.begin(atom->f[0], books.open ? &books.damping : nullptr);
-  bodies.apply(spread);
+  bodies.apply(spread, true);
 }
 
 /* ----------------------------------------------------------------------

@@ -58,6 +58,7 @@ void PeridemBodies::find_grains()
   ids.reserve(numbers_of.size());
   for (const auto &entry : numbers_of) ids.push_back(entry.first);
   std::sort(ids.begin(), ids.end());
+  const std::vector<Grain> before(std::move(grains));
   grains.assign(ids.size(), Grain());
   for (std::size_t g = 0; g < ids.size(); g++) {
     grains[g].id = static_cast<tagint>(ids[g]);
@@ -81,6 +82,30 @@ void PeridemBodies::find_grains()
     if (grain_of[i] >= 0) nodes[grains[grain_of[i]].last++] = i;
   sharing_grains.find(ids);
   for (const int g : sharing_grains.shared()) grains[g].shared = true;
+  keep_pieces(before);
+}
+
+/* ----------------------------------------------------------------------
+   of grains that this rank has alone as before: deleted nodes may have been a piece
+------------------------------------------------------------------------- */
+
+void PeridemBodies::keep_pieces(const std::vector<Grain> &before)
+{
+  auto old = before.begin();
+  for (auto &grain : grains) {
+    while (old != before.end() && old->id < grain.id) ++old;
+    if (old == before.end() || old->id != grain.id) continue;
+    if (!old->shared && !grain.shared && old->last - old->first == grain.last - grain.first)
+      grain.pieces = old->pieces;
+  }
+}
+
+/* ---------------------------------------------------------------------- */
+
+void PeridemBodies::label(Grain &grain)
+{
+  const int *const list = nodes.data();
+  grain.pieces = pieces.label(list + grain.first, list + grain.last, grain.pieces);
 }
 
 /* ----------------------------------------------------------------------
@@ -109,8 +134,8 @@ void PeridemBodies::find_broken()
 
 void PeridemBodies::find_pieces()
 {
-  for (const auto &grain : grains)
-    if (grain.broken) pieces.label(nodes.data() + grain.first, nodes.data() + grain.last);
+  for (auto &grain : grains)
+    if (grain.broken) label(grain);
 
   std::vector<std::vector<PeridemPieces::Link>> lists;
   for (const int g : sharing_grains.shared()) {
@@ -273,7 +298,7 @@ void PeridemBodies::split(int g)
   auto &grain = grains[g];
   grain.broken = true;
   const auto before = bodies.size();
-  pieces.label(nodes.data() + grain.first, nodes.data() + grain.last);
+  label(grain);
   add_pieces(grain);
   for (auto b = before; b < bodies.size(); b++) {
     auto &body = bodies[b];
@@ -427,9 +452,9 @@ void PeridemBodies::push(int i, const double *force)
 
 /* ---------------------------------------------------------------------- */
 
-void PeridemBodies::apply(PeridemSpread &spread)
+void PeridemBodies::apply(PeridemSpread &spread, bool with_others)
 {
-  sum_pushes();
+  if (with_others) sum_pushes();
   for (const int b : pushed) {
     auto &body = bodies[b];
     spread_over(body, spread);

@@ -36,6 +36,8 @@ class PeridemBodies : protected Pointers {
  public:
   explicit PeridemBodies(class LAMMPS *);
 
+  // a run starts: bonds may be others
+  void init() { grains.clear(); }
   // local indices are new; bonds may be null; collective
   void sort_nodes(const FixPeridemBonds *);
   // nodes have moved
@@ -45,6 +47,8 @@ class PeridemBodies : protected Pointers {
   // before a body is asked for; any_torn: on any rank; collective, and nothing if nodes have not
   // moved since
   void start(bool any_torn);
+  // since nodes have moved, has it been called?
+  bool known() const { return started; }
 
   // of the body of the owned node i; the same on all ranks, and never that of another body
   bigint id(int i) const { return bodies[body_of[i]].id; }
@@ -55,9 +59,9 @@ class PeridemBodies : protected Pointers {
   PeridemBody body(int i);
 
   // a force on that body at the node, which apply() spreads over its nodes as one that moves a rigid
-  // body (collective)
+  // body (collective, but without others: if no rank has pushed a body that others have parts of)
   void push(int i, const double *force);
-  void apply(PeridemSpread &);
+  void apply(PeridemSpread &, bool with_others);
 
   double memory_usage() const;
 
@@ -78,6 +82,7 @@ class PeridemBodies : protected Pointers {
     int first{0}, last{0};    // its owned nodes, in nodes
     bool broken{false};       // has a broken bond
     bool shared{false};       // among ranks
+    int pieces{1};            // that these nodes are at least
   };
 
   std::vector<Grain> grains;    // by molecule-ID
@@ -97,6 +102,8 @@ class PeridemBodies : protected Pointers {
   bigint evaluation{0};
 
   void find_grains();
+  void keep_pieces(const std::vector<Grain> &before);
+  void label(Grain &);
   void find_broken();
   void find_pieces();
   void find_bodies();

@@ -19,6 +19,8 @@
 
 #include "comm.h"
 
+#include <algorithm>
+
 using namespace LAMMPS_NS;
 
 /* ---------------------------------------------------------------------- */
@@ -72,6 +74,15 @@ void PeridemCollisions::remember(int place, double peak, bool seen_elsewhere)
   auto &one = list[place];
   one.peak = MAX(one.peak, peak);
   one.abroad = one.abroad || seen_elsewhere;
+}
+
+/* ---------------------------------------------------------------------- */
+
+bool PeridemCollisions::abroad() const
+{
+  return std::any_of(list.begin(), list.end(), [](const PeridemCollision &one) {
+    return one.abroad && (one.force > 0.0 || one.peak > 0.0);
+  });
 }
 
 /* ----------------------------------------------------------------------

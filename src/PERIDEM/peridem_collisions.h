@@ -50,6 +50,8 @@ class PeridemCollisions : protected Pointers {
            bool seen_elsewhere);
   // the same of one that is open, or not: how fast it has come
   void remember(int place, double peak, bool seen_elsewhere);
+  // may another rank have added to one of these, as far as this one knows?
+  bool abroad() const;
   // sum up what all ranks have added; collective
   void merge();
   const PeridemCollision &at(int place) const { return list[place]; }

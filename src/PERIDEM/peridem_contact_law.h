@@ -91,11 +91,13 @@ class PeridemContactLaw {
                       double dt) const;
 
   // A collision is over when nodes that touched part by more than this gap: before that, contacts
-  // open and close with the vibration of the bodies.  deepest = largest overlap of this contact.
+  // open and close with the vibration of the bodies.  deepest = largest overlap of this contact;
+  // lists do not hold gaps wider than the skin.
   double lingering_gap(double deepest, double skin) const
   {
     if (!uses_restitution()) return 0.0;
-    return LINGER * deepest < skin ? LINGER * deepest : skin;
+    const double widest = LINGER_WIDEST * radius < skin ? LINGER_WIDEST * radius : skin;
+    return LINGER * deepest < widest ? LINGER * deepest : widest;
   }
 
   // A touching pair as friction sees it.
@@ -129,6 +131,7 @@ class PeridemContactLaw {
  private:
   void check_units(const std::string &where, class LAMMPS *) const;
   static constexpr double LINGER = 10.0;
+  static constexpr double LINGER_WIDEST = 0.8;    // of the contact distance
   int dim{3};
   bool per_volume{false};    // k = modulus Vi Vj, else k = modulus h^(d-2)
   double modulus{0.0};

@@ -23,6 +23,9 @@
 
 using namespace LAMMPS_NS;
 
+// nodes whose bonds are looked at one after the other are that far apart
+static constexpr int STRIDE = 8;
+
 /* ---------------------------------------------------------------------- */
 
 void PeridemPieces::start(const FixPeridemBonds *_bonds)
@@ -62,22 +65,31 @@ template <class Visit> void PeridemPieces::for_partners(int i, Visit visit) cons
     visit(bonds->partner[k]);
 }
 
-/* ---------------------------------------------------------------------- */
+/* ----------------------------------------------------------------------
+   bonds only break, so a grain never has fewer pieces than it had: with that many, all is known
+------------------------------------------------------------------------- */
 
-void PeridemPieces::label(const int *begin, const int *end)
+int PeridemPieces::label(const int *begin, const int *end, int least)
 {
   const tagint *const tag = atom->tag;
+  int count = static_cast<int>(end - begin);
   for (const int *n = begin; n < end; n++) above[*n] = *n;
-  for (const int *n = begin; n < end; n++)
-    for_partners(*n, [&](int k) {
-      if (k < *n) return;    // bonds of two owned nodes are listed at both
-      const int j = owned(k);
-      if (j < 0) return;
-      if (above[j] == above[*n]) return;
-      const int a = root(*n), b = root(j);
-      above[tag[a] < tag[b] ? b : a] = tag[a] < tag[b] ? a : b;
-    });
+  auto unite = [&](int n, int k) {
+    const int j = owned(k);
+    if (j < 0 || above[j] == above[n]) return;
+    const int a = root(n), b = root(j);
+    if (a == b) return;
+    above[tag[a] < tag[b] ? b : a] = tag[a] < tag[b] ? a : b;
+    count--;
+  };
+  // every eighth node first, whose partners are nearly all
+  for (int pass = 0; pass < STRIDE; pass++)
+    for (const int *n = begin + pass; n < end && count > least; n += STRIDE)
+      for_partners(*n, [&](int k) {
+        unite(*n, k);
+      });
   for (const int *n = begin; n < end; n++) labels[*n] = tag[root(*n)];
+  return count;
 }
 
 /* ---------------------------------------------------------------------- */

@@ -29,8 +29,9 @@ class PeridemPieces : protected Pointers {
   // local indices are new
   void start(const FixPeridemBonds *);
 
-  // each of these nodes of one grain gets its piece's lowest atom-ID on this rank as its label
-  void label(const int *begin, const int *end);
+  // each of these nodes of one grain gets its piece's lowest atom-ID on this rank as its label; least:
+  // there are not fewer pieces than that. Returns how many there are.
+  int label(const int *begin, const int *end, int least);
   tagint label_of(int i) const { return labels[i]; }
 
   // bonds to nodes of other ranks

@@ -305,12 +305,13 @@ def test_quotations_are_found() -> None:
 
 # constants of the program, and what pages say of them
 CONSTANTS = [
-    ("SKIN", 0.8, "pair_peridem_contact", "it is set to 0.8 of that distance"),
-    ("SKIN", 0.8, "differences", "neighbor skin is set to 0.8 of the contact distance"),
-    ("SKIN", 0.8, "troubleshooting", "The skin: 0.8 of the contact radius is the default"),
+    ("SKIN", 1.25, "pair_peridem_contact", "it is set to 1.25 times that distance"),
+    ("SKIN", 1.25, "differences", "neighbor skin is set to 1.25 times the contact distance"),
+    ("SKIN", 1.25, "troubleshooting", "The skin: 1.25 times the contact radius is the default"),
     ("AUTO_FACTOR", 0.95, "pair_peridem_contact", "*radius*: 0.95 times the smallest distance"),
     ("DEFAULT_RATIO", 0.85, "pair_peridem_contact", "tangential = history 0.85"),
     ("IMPACT_STEPS", 10.0, "pair_peridem_contact", "slows the two bodies down within ten steps"),
+    ("LINGER_WIDEST", 0.8, "pair_peridem_contact", "or by 0.8 of the contact distance (or the"),
     ("LINGER", 10.0, "pair_peridem_contact", "apart by ten times their deepest overlap"),
     ("WORTH_A_WARNING", 0.01, "pair_peridem_contact", "Overlaps deeper than 1 % of the contact"),
     ("WORTH_A_WARNING", 0.01, "fix_peridem_wall", "at the start by more than 1 % of the contact"),

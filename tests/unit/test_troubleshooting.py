@@ -80,7 +80,7 @@ SYMPTOMS = {
     "a skin of metres": Symptom(
         {"neighbor       0.05e-3 bin": "neighbor 2e-3 bin", **STEPS},
         ("Proc sub-domain size < neighbor skin", "Communication cutoff adjusted"),
-        "The skin: 0.8 of the contact radius is the default",
+        "The skin: 1.25 times the contact radius is the default",
     ),
     "grains that overlap": Symptom(
         {"peridem/contact restitution": "peridem/contact radius 0.25e-3 restitution", **STEPS},
