@@ -6,6 +6,8 @@ VENV ?= .venv
 LAMMPS_DIR ?=
 PERIDEM_NATIVE ?= ON
 PYTEST_ARGS ?=
+# quick tests run side by side; PYTEST_ARGS='-n 0' has them one by one (for --pdb, say)
+SIDE_BY_SIDE ?= -n auto --maxprocesses 8 --dist worksteal
 VERIFY_ARGS ?=
 BENCH_ARGS ?=
 PARETO_ARGS ?=
@@ -49,8 +51,9 @@ demo: build ## set everything up, then crush a box of grains: pictures in out/de
 test: build ## set everything up, then run every test
 	PERIDEM_TESTS_MUST_RUN=1 $(python) -m pytest tests $(PYTEST_ARGS)
 
-quick: build ## set everything up, then run the tests of a minute (no ranks, verification, own builds)
-	PERIDEM_TESTS_MUST_RUN=1 $(python) -m pytest tests/unit tests/python -m 'not slow' $(PYTEST_ARGS)
+quick: build ## set everything up, then run the tests of a minute (unit and python, but slow ones)
+	PERIDEM_TESTS_MUST_RUN=1 $(python) -m pytest tests/unit tests/python -m 'not slow and not seconds' \
+	  $(SIDE_BY_SIDE) $(PYTEST_ARGS)
 
 verify: build ## the cases with known answers at full size: doc/verification.md (half an hour)
 	cd tests && $(abspath $(python)) -m verification.report $(VERIFY_ARGS)
@@ -72,7 +75,7 @@ portable = -D PERIDEM_NATIVE=OFF -D LAMMPS_DIR=$(abspath $(tree)) \
   $(foreach package,PERI GRANULAR BPM MISC EXTRA-FIX EXTRA-COMPUTE EXTRA-PAIR EXTRA-DUMP OPENMP PLUGIN,-D PKG_$(package)=OFF)
 
 # Programs that do not start through the sanitizer's library, such as Python, must load it first.
-sanitize: build ## run the quick tests where wrong memory or undefined behaviour stops them (slow)
+sanitize: build ## run unit, fuzz and parallel tests where wrong memory or undefined behaviour stops them (slow)
 	cmake -S . -B $(SANITIZE) -D PERIDEM_SANITIZE=ON $(portable)
 	cmake --build $(SANITIZE) --parallel $$(nproc)
 	PYTHONPATH=$(abspath $(tree))/python LD_LIBRARY_PATH=$(abspath $(SANITIZE)) \
@@ -80,7 +83,8 @@ sanitize: build ## run the quick tests where wrong memory or undefined behaviour
 	  LD_PRELOAD="$$(for name in asan ubsan stdc++; do $(CXX) -print-file-name=lib$$name.so; done | xargs)" \
 	  ASAN_OPTIONS=detect_leaks=0:suppressions=$(abspath tests/sanitize.supp) \
 	  UBSAN_OPTIONS=print_stacktrace=1 PERIDEM_TESTS_MUST_RUN=1 \
-	  $(abspath $(python)) -m pytest tests/unit tests/fuzz tests/parallel -m 'not slow' $(PYTEST_ARGS)
+	  $(abspath $(python)) -m pytest tests/unit tests/fuzz tests/parallel -m 'not slow' \
+	  $(SIDE_BY_SIDE) $(PYTEST_ARGS)
 
 memcheck: build ## run two small scenes on two ranks under valgrind (which must be there)
 	PERIDEM_TESTS_MUST_RUN=1 \

@@ -21,10 +21,6 @@ from support.runs import MpiRunner, Simulation
 REPOSITORY = Path(__file__).resolve().parent.parent
 
 
-def pytest_configure(config: pytest.Config) -> None:
-    config.addinivalue_line("markers", "slow: more than a few seconds; left out of quick runs")
-
-
 def _missing(reason: str) -> None:
     if os.environ.get("PERIDEM_TESTS_MUST_RUN"):
         pytest.fail(reason, pytrace=False)

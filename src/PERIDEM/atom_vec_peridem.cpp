@@ -123,6 +123,19 @@ void AtomVecPeridem::grow_pointers()
 }
 
 /* ----------------------------------------------------------------------
+   Between read_restart, which has its own ways, and the first run there are rows for fixes that are
+   still to come, one for each node in the order of nodes.  LAMMPS refuses commands that change that
+   order but delete_atoms, which fills gaps: there the row goes with the node.
+------------------------------------------------------------------------- */
+
+void AtomVecPeridem::copy(int i, int j, int delflag)
+{
+  AtomVec::copy(i, j, delflag);
+  if (!atom->nextra_store || i == j || modify->get_fix_by_id("_read_restart")) return;
+  std::copy(atom->extra[i], atom->extra[i] + atom->nextra_store, atom->extra[j]);
+}
+
+/* ----------------------------------------------------------------------
    a created node has no volume and no density yet: init() asks for them
 ------------------------------------------------------------------------- */
 

@@ -40,6 +40,7 @@ class AtomVecPeridem : public AtomVec {
   // Atom::init() comes to it
   void sync_mass();
 
+  void copy(int, int, int) override;
   void grow_pointers() override;
   void create_atom_post(int) override;
   void data_atom_post(int) override;

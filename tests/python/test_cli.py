@@ -255,6 +255,7 @@ def test_a_program_that_is_not_lammps_is_no_success(tmp_path, capsys):
     assert "/bin/true has written no log.lammps: is it LAMMPS?" in capsys.readouterr().err
 
 
+@pytest.mark.seconds
 def test_ctrl_c_ends_a_mesh_at_once(tmp_path):
     """gmsh is at work for minutes on this one, and knows nothing of Python's signals."""
     words = [sys.executable, "-m", "peridem.cli", "mesh", "ellipsoid", "--spacing", "1.2e-5"]
@@ -277,6 +278,7 @@ def test_ctrl_c_ends_a_mesh_at_once(tmp_path):
     assert output == errors == ""
 
 
+@pytest.mark.seconds
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
 def test_a_signal_stops_a_run_that_can_be_resumed(tmp_path, lmp, number):
     """The run would take an hour; it is resumed with an end that is near."""

@@ -110,7 +110,7 @@ def spacing_of(shape):
     return {"annulus": 0.8e-4}.get(shape.name, 1.5e-4 if shape.dimension == 2 else 2.5e-4)
 
 
-@pytest.mark.parametrize("volumes", cloud.VOLUMES)
+@pytest.mark.parametrize("volumes", ["lumped", pytest.param("voronoi", marks=pytest.mark.seconds)])
 @pytest.mark.parametrize("shape", SHAPES, ids=lambda s: s.name)
 def test_volumes_of_every_shape_add_up(shape, volumes):
     made = cloud.mesh(shape, spacing_of(shape), volumes)
@@ -145,6 +145,7 @@ def moments_of_cells(made):
     return second - np.outer(first, first) / size.sum()
 
 
+@pytest.mark.seconds
 @pytest.mark.parametrize("shape", SHAPES, ids=lambda s: s.name)
 def test_moments_converge_with_the_spacing(shape):
     if shape.dimension == 3:
@@ -159,6 +160,7 @@ def test_moments_converge_with_the_spacing(shape):
     assert off[1] < 0.6 * off[0] or off[1] < 2e-3
 
 
+@pytest.mark.seconds
 def test_voronoi_volumes_are_those_of_many_points():
     for shape, count in ((shapes.star(1.0), 200_000), (shapes.irregular_solid(1.0), 200_000)):
         made = cloud.mesh(shape, 0.3, "voronoi")

@@ -185,6 +185,7 @@ def test_a_deck_runs(tmp_path, lmp, as_published):
 NUMBER = st.floats(0.1, 10.0)
 
 
+@pytest.mark.seconds
 @settings(
     max_examples=25,
     deadline=None,
@@ -311,6 +312,7 @@ def test_influence_functions(tmp_path, function, name, width):
     assert (solid.influence, solid.width) == (name, width)
 
 
+@pytest.mark.seconds
 @pytest.mark.parametrize(
     ("kind", "potential"), [("PMBBond", "pmb"), ("PDElasticBond", "elastic"), ("RNPBond", "rnp")]
 )
@@ -664,6 +666,7 @@ def test_lammps_follows_the_formulas(tmp_path, lmp):
 # ---- 3D, restarts --------------------------------------------------------------------------------
 
 
+@pytest.mark.seconds
 def test_a_cuboid_in_3d_runs(tmp_path, lmp):
     path = write(
         tmp_path,
@@ -878,6 +881,7 @@ def test_shapes_of_particles_set_their_scale():
 # ---- decks that were published -------------------------------------------------------------------
 
 
+@pytest.mark.seconds
 @pytest.mark.parametrize("as_published", [False, True])
 def test_502_grains_load_in_seconds(as_published, lmp, tmp_path):
     folder = decks_folder("n500_circ_hex")
@@ -902,6 +906,7 @@ def test_502_grains_load_in_seconds(as_published, lmp, tmp_path):
     assert results.thermo(tmp_path / run.LOG)["Step"][-1] == 3
 
 
+@pytest.mark.seconds
 @pytest.mark.parametrize("as_published", [False, True])
 @pytest.mark.parametrize(
     "name",

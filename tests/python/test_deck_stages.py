@@ -13,6 +13,8 @@ from peridem.deck.bodies import lattice
 from peridem.deck.source import DeckError
 from test_deck import drum_deck
 
+pytestmark = pytest.mark.seconds
+
 LID, SPEED, END = 5.2e-3, -2.0, 2e-4  # lower edge at first, speed, end of the first run
 FIRST = changed(
     COLLISION,

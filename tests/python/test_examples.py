@@ -10,6 +10,8 @@ import numpy as np
 import pytest
 from peridem import results, run, scene
 
+pytestmark = pytest.mark.seconds
+
 EXAMPLES = Path(__file__).resolve().parents[2] / "examples"
 
 

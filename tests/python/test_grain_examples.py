@@ -9,6 +9,8 @@ from pathlib import Path
 import pytest
 from peridem import results
 
+pytestmark = pytest.mark.seconds
+
 EXAMPLES = Path(__file__).resolve().parents[2] / "examples"
 
 

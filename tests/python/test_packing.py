@@ -108,6 +108,7 @@ def assert_apart(made, padding):
                 assert not made.outline(j).contains(moved).any()
 
 
+@pytest.mark.seconds
 @settings(max_examples=8, deadline=None)
 @given(
     seed=draw.integers(0, 1000),
@@ -146,6 +147,7 @@ def test_filled_boxes_never_overlap(seed, flat, periodic, orientation, padding):
     assert (again.position == made.position).all() and (again.angle == made.angle).all()
 
 
+@pytest.mark.seconds
 @pytest.mark.parametrize(
     "make",
     [
@@ -254,6 +256,7 @@ def test_rigid_motion_is_found_again():
         assert found == pytest.approx(turn, abs=1e-14) and shift == pytest.approx(2.0, abs=1e-13)
 
 
+@pytest.mark.seconds
 @pytest.mark.parametrize("flat", [True, False], ids=["2D", "3D"])
 def test_settled_grains_rest_on_each_other(lmp, flat):
     # lengths of millimetres: the run knows no unit
@@ -279,6 +282,7 @@ def test_settled_grains_rest_on_each_other(lmp, flat):
         assert cKDTree(rest).query(nodes[i])[0].min() >= 2e-4 * (1.0 - 1e-9)
 
 
+@pytest.mark.seconds
 @pytest.mark.parametrize("flat", [True, False])
 def test_dropped_grains_keep_their_gap_and_only_sink(flat):
     kinds = FLAT if flat else SOLID
@@ -304,6 +308,7 @@ def test_dropping_needs_a_floor_and_room():
         packing.dropped(packing.table([shapes.circle(1.0)], [(0, 0, 0, 1, 0)], 0.1), 0.1)
 
 
+@pytest.mark.seconds
 def test_settling_does_not_simulate_the_fall(lmp, monkeypatch):
     """A box seven times as high costs no more steps, but for those of chance."""
     steps = []

@@ -211,6 +211,7 @@ def ball(tmp_path_factory):
     return where
 
 
+@pytest.mark.seconds
 def test_a_ball_is_drawn_without_a_display(ball, tmp_path, monkeypatch):
     monkeypatch.delenv("DISPLAY", raising=False)
     output = render.Output(ball)

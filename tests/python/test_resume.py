@@ -15,6 +15,8 @@ import pytest
 import scenes
 from peridem import results, run, run_journal, run_restart, run_script, scene
 
+pytestmark = pytest.mark.seconds
+
 # one disc falls on another between walls; `run` in two stages with a change of velocities between
 STAGES = """\
 units lj

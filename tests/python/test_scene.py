@@ -69,7 +69,8 @@ def test_script_says_what_the_scene_says():
     assert fixes["weight"] == "all gravity 10 vector 0 -1 0"
     assert "velocity" not in fixes["floor"]
     ((skin, _),) = lines(text, "neighbor")
-    assert float(skin) < made.contact_radius
+    # written with three digits
+    assert float(skin) == pytest.approx(1.25 * made.contact_radius, rel=5e-3)
 
 
 def test_a_given_time_step_is_taken_and_divides_the_run():

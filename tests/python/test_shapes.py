@@ -51,6 +51,7 @@ PLANE = [shape for _, shape in ALL if shape.dimension == 2]
 SPACE = [shape for _, shape in ALL if shape.dimension == 3]
 
 
+@pytest.mark.seconds
 @pytest.mark.parametrize("shape", PLANE + SPACE, ids=lambda s: s.name)
 def test_moments_are_those_of_many_points_inside(shape):
     """Area or volume, centroid and second moments against a fine grid of points."""
@@ -231,6 +232,7 @@ def test_distance_sees_into_the_waist_of_a_drum():
     assert shapes.rectangle(1.0, math.sqrt(3.0)).distance(bead.placed((0.4, 0.0))) == 0.0
 
 
+@pytest.mark.seconds
 def test_distance_equals_brute_force_over_fine_boundaries():
     random = np.random.default_rng(5)
     kinds = [shapes.circle(1.0), shapes.triangle(1.0), shapes.drum(1.0), shapes.hexagon(0.6)]

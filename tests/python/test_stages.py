@@ -11,6 +11,8 @@ from peridem.loads import Cut, Motion, Nodes
 from peridem.material import Contact
 from peridem.regions import Block, Cylinder, Rotation
 
+pytestmark = pytest.mark.seconds
+
 DT = 2.5e-7
 PLAIN = replace(scenes.SOLID, viscosity=0.0)
 

@@ -70,6 +70,7 @@ def pressed(
     )
 
 
+@pytest.mark.seconds
 @pytest.mark.parametrize("sign", [1, -1], ids=["pressed", "pulled"])
 @pytest.mark.parametrize("shape", SHAPES)
 def test_a_grain_that_wakes_slowly_overshoots_little(shape, sign, simulation):

@@ -424,6 +424,24 @@ def test_nodes_that_come_after_nodes_have_gone_get_ids_of_their_own(simulation, 
     assert sim.atoms("id").tolist() == [*wanted, one.n + 1, one.n + 2]
 
 
+@pytest.mark.parametrize("words", ["", "compress no"])
+@pytest.mark.parametrize("order", ["bonds first", "deleted first", "no fix"])
+def test_nodes_deleted_after_a_restart_take_no_bonds_along(order, words, simulation, rng, tmp_path):
+    """LAMMPS hands out what a file holds of nodes by place, where another node may be then."""
+    gone = f"group gone id 5 17\ndelete_atoms group gone {words}\n"
+    bonds = "fix peridem_bonds all peridem/bonds\n"
+    file = f"{tmp_path}/r"
+    sim = simulation().load(moving_cloud(rng)).commands(solid_script(SOLID_3D) + "run 3 post no")
+    sim.commands(f"write_restart {file}\n{gone}run 0 post no")
+    lines = {"bonds first": bonds + gone, "deleted first": gone + bonds, "no fix": gone}[order]
+    again = simulation().commands(f"read_restart {file}\n{lines}run 0 post no")
+    for name in ("id", "x", "f"):
+        assert np.array_equal(sim.atoms(name), again.atoms(name))
+    assert sim.fix_vector("peridem_bonds", 2).tolist() == (
+        again.fix_vector("peridem_bonds", 2).tolist()
+    )
+
+
 def test_a_restart_file_has_the_ids_that_bonds_go_by(simulation, rng, tmp_path):
     one = moving_cloud(rng)
     sim = simulation().load(one).commands(solid_script(SOLID_3D) + "run 3 post no")

@@ -82,6 +82,7 @@ def test_bonds_of_a_restart_belong_to_the_fix_of_the_same_name(simulation, rng):
         other.commands("run 0 post no")
 
 
+@pytest.mark.seconds
 def test_a_node_with_more_than_five_hundred_partners_migrates(mpi, rng):
     """Each node of a block is bonded to all 624 others, and the block flies through two ranks."""
     solid = replace(SOLID, horizon=40.0, s0=np.inf)

@@ -198,6 +198,7 @@ def test_the_faces_of_a_cut_push_each_other_when_they_close(simulation, rng):
     )
 
 
+@pytest.mark.seconds
 def test_ranks_cut_the_same_bonds(mpi, rng):
     """The line is an end of both ranks' boxes, and of bonds between them."""
     one = ragged(rng, (8, 8))

@@ -460,6 +460,7 @@ def test_viscous_bonds_only_lose(simulation, rng):
 # --- ranks ---------------------------------------------------------------------------------------
 
 
+@pytest.mark.seconds
 def test_ranks_keep_the_same_books(mpi):
     """All items at once; the boundary between two ranks goes through a disc."""
     one = two_discs(offset=0.7, speed=0.4)
@@ -498,6 +499,7 @@ print "{totals}" file books{ranks}.txt
         np.testing.assert_allclose(other, alone, rtol=0, atol=1e-9 * largest)
 
 
+@pytest.mark.seconds
 def test_books_go_on_after_a_restart_on_other_ranks(mpi):
     """Totals of all ranks are in the file, and the first rank goes on with them."""
     solid = replace(SOLID, s0=0.05)

@@ -688,6 +688,7 @@ def tearing(rng, dimension: int):
 TEAR = "neigh_modify every 1 delay 0 check yes\ntimestep 0.02\n"
 
 
+@pytest.mark.seconds
 @pytest.mark.parametrize("ranks", [1, 2, 4])
 @pytest.mark.parametrize(("dimension", "potential"), [(2, "pmb"), (3, "rnp"), (3, "pmb")])
 def test_any_number_of_ranks_breaks_the_same_bonds(dimension, potential, ranks, mpi, rng):

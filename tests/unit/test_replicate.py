@@ -100,6 +100,7 @@ def test_the_original_of_one_grain_that_nearly_fills_its_box(simulation):
     assert sorted(np.unique(sim.atoms("molecule"))) == [1, 2, 3, 4]
 
 
+@pytest.mark.seconds
 def test_ranks_make_the_same_copies(mpi, rng):
     one = two_grains(rng)
     one.periodic = (True, True, False)

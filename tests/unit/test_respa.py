@@ -329,6 +329,7 @@ def script(one, contact: str, tail: str) -> str:
     return header(one, "discs.data", dimension=2) + settings(contact, PRESS) + RUN + tail
 
 
+@pytest.mark.seconds
 @pytest.mark.parametrize("contact", [LOSSY, ELASTIC], ids=["lossy", "elastic"])
 def test_levels_on_any_number_of_ranks(contact, mpi):
     one = two_discs()
