@@ -85,7 +85,7 @@ def course(folder: Path) -> dict[str, np.ndarray]:
     gap = output.contact_radius  # as in make_scene
     sides = record["f_right[1]"] - record["f_left[1]"] + record["f_back[2]"] - record["f_front[2]"]
     frames = range(len(output.dump))
-    damage = [output.field("damage", i).mean() for i in frames]
+    damage = [output.mean_damage(i) for i in frames]
     return {
         "time": record["v_now"],
         "filled": output.volumes.sum() / ((width - gap) ** 2 * (height - gap)),

@@ -170,7 +170,7 @@ def measure(folder: Path, size: Size) -> dict[str, float]:
         "turns": float(worn.turns[-1]),
         "lost": float(worn.part(np.ones(len(worn.area), dtype=bool))[-1]),
         "fines": float(worn.fines[-1]),
-        "damage": float(results.Output(folder).field("damage", -1).mean()),
+        "damage": results.Output(folder).mean_damage(-1),
         "grains that lost something": float(worn.chipped[-1]),
         "torque": float(np.abs(torque[tumbling].mean())),
         "work by torque": float(-(torque * span).sum() * RATE),

@@ -157,7 +157,7 @@ def measure(folder: Path, size: Size) -> dict[str, dict[str, float]]:
             "largest slip": float(run_.slip[pressed].max()),
             "fragments": float((pieces.nodes > 1).sum()),
             "fines": float(pieces.volume[pieces.volume < 0.1 * grain].sum() / output.volumes.sum()),
-            "damage": float(output.field("damage", -1).mean()),
+            "damage": output.mean_damage(-1),
             "motion over strain energy": float(
                 np.median((books["motion"] / np.maximum(books["strain"], 1e-12))[-20:])
             ),

@@ -201,7 +201,7 @@ def measure(folder: Path, case: Case) -> dict[str, float]:
             )
     found["largest pressure, kPa"] = float(mean.max()) / 1e3
     bonded = np.isin(output.frame(-1)["type"], types_with_bonds(case.scene))
-    found["mean damage"] = float(output.field("damage", -1)[bonded].mean())
+    found["mean damage"] = output.mean_damage(-1)
     grain = output.frame(-1)["mol"][bonded].astype(int)
     hurt = np.bincount(grain, output.field("damage", -1)[bonded] > 0.0)
     found["grains with broken bonds"] = float((hurt > 0).sum())

@@ -125,8 +125,8 @@ def measure(folder: Path) -> dict[str, float]:
         "way": float(way[top]),
         "along": broken,
         "all": every,
-        "damage_at_peak": float(output.field("damage", peak).mean()),
-        "damage": float(output.field("damage", -1).mean()),
+        "damage_at_peak": output.mean_damage(peak),
+        "damage": output.mean_damage(-1),
         "pieces": int((results.fragments(output, -1).nodes >= 10).sum()),
         "drift": float(abs(output.thermo["c_books[8]"]).max() / output.thermo["c_books[6]"][-1]),
     }

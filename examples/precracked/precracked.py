@@ -118,12 +118,12 @@ def measure(folder: Path, crack: Crack) -> dict[str, float]:
     way, load = course(folder)
     top = int(load.argmax())
     output = results.Output(folder)
-    before = output.field("damage", 0).mean()
+    before = output.mean_damage(0)
     return {
         "load": float(load[top]),
         "way": float(way[top]),
         "formula": crack.load(),
-        "damage": float(output.field("damage", -1).mean() - before),
+        "damage": float(output.mean_damage(-1) - before),
         "pieces": int((results.fragments(output, -1).volume > 0.02 * output.volumes.sum()).sum()),
         "drift": float(abs(output.thermo["c_books[8]"]).max() / output.thermo["c_books[6]"][-1]),
     }

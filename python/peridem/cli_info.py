@@ -47,7 +47,7 @@ def _folder(path: Path) -> list[str]:
     if "damage" in output.attributes:
         pieces = results.fragments(output, last)
         lines.append(
-            f"at the end: mean damage {output.field('damage', last).mean():.4g}, "
+            f"at the end: mean damage {output.mean_damage(last):.4g}, "
             f"{len(pieces)} fragments of {len(np.unique(pieces.grain))} grains"
         )
     return lines

@@ -103,7 +103,7 @@ def grains_png(
         panel.draw(axes, i)
         title = f"$t_{{{k + 1}}}$ = {time_text(output.time(i))}"
         if style.field == "damage":
-            title += f", mean damage {output.field('damage', i).mean():.3f}"
+            title += f", mean damage {output.mean_damage(i):.3f}"
         axes.set_title(title, fontsize=10)
     figure.text(0.5, 1.0 - 0.25 / full, output.title, ha="center", va="center", fontsize=13)
     if not style.is_name:

@@ -263,6 +263,13 @@ class Output:
             raise KeyError(f"no field '{name}'; there are {', '.join(self.fields())}")
         return frame[name]
 
+    def mean_damage(self, i: int) -> float:
+        """Mean over the nodes that have, or had, bonds: nodes of walls and bodies have none."""
+        damage = self.field("damage", i)
+        if "bonds" in self.attributes:
+            damage = damage[(damage > 0.0) | (self.field("bonds", i) > 0)]
+        return float(damage.mean()) if len(damage) else 0.0
+
     # ---- shapes ----------------------------------------------------------------------------------
 
     @cached_property

@@ -186,6 +186,8 @@ def _contact(scene: Scene) -> list[str]:
             *emptied(scene, "bodies"),
             f"group           bodies type {' '.join(ranges(np.array(bodies)))}",
             "neigh_modify    exclude group bodies bodies   # bodies do not touch each other",
+            *emptied(scene, "solids"),
+            "group           solids subtract all bodies",
         ]
     return lines
 
@@ -225,6 +227,11 @@ def _bonds(scene: Scene) -> list[str]:
         lines += _group(scene, "protected", scene.unbroken)
         words += " unbroken protected"
     return [*lines, f"fix bonds all peridem/bonds{words}"]
+
+
+def _bonded(scene: Scene) -> str:
+    """The group of all nodes but those of bodies without bonds."""
+    return "solids" if any(isinstance(m, Inert) for m in scene.materials) else "all"
 
 
 def _group(scene: Scene, name: str, nodes: Nodes) -> list[str]:
@@ -276,11 +283,7 @@ def _loads(scene: Scene) -> list[str]:
     strength = float(np.linalg.norm(scene.gravity))
     if strength:
         towards = numbers([g / strength for g in scene.gravity])
-        group = "all"
-        if any(isinstance(m, Inert) for m in scene.materials):
-            group = "heavy"
-            lines += [*emptied(scene, "heavy"), "group           heavy subtract all bodies"]
-        lines.append(f"fix weight {group} gravity {strength:.8g} vector {towards}")
+        lines.append(f"fix weight {_bonded(scene)} gravity {strength:.8g} vector {towards}")
     formulas = [str(v) for f in scene.forces for v in f.density]
     formulas += [v for m in scene.motions for v in (*m.displacement, *m.rate) if v]
     if scene.forces or any(key in text for text in formulas for key in NODE_VALUES):
@@ -374,7 +377,7 @@ def _output(scene: Scene, frame: int, record: int) -> list[str]:
     ]
     shown = "step time"
     if columns:
-        lines.append("compute damage all reduce ave c_node[1]")
+        lines.append(f"compute damage {_bonded(scene)} reduce ave c_node[1]")
         shown += " c_damage"
     shown += " pe ke" if not scene.adaptive else " dt pe ke"
     forces, moving = _recorded(scene)

@@ -31,7 +31,7 @@ FIXES = (
         "free",
         "kicked",
         "bodies",
-        "heavy",
+        "solids",
         "rested",
     ),
 )

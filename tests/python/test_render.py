@@ -88,6 +88,19 @@ def test_picture_shows_the_grains(folder, tmp_path):
     assert share(torn, render.INTACT) < 0.85 * share(whole, render.INTACT)
 
 
+def test_mean_damage_is_that_of_nodes_with_bonds(folder, tmp_path):
+    output = render.Output(folder)
+    assert output.mean_damage(1) == output.field("damage", 1).mean() > 0.0
+    frame = rows_of(scenes.two_grains(), damage=1.0)
+    for row in frame:
+        if row[1] == 2 or row[-5] == 1.0:  # like a node of a body, or with all bonds broken
+            row[-1] = 0
+    scenes.two_grains().write(tmp_path)
+    scenes.write_dump(tmp_path / DUMP, [(0, frame)], COLUMNS)
+    first = [row[-5] for row in frame if row[1] == 1]
+    assert render.Output(tmp_path).mean_damage(0) == pytest.approx(np.mean(first), rel=1e-15)
+
+
 def share(pixels, colour):
     """Part of the pixels that have a colour, each channel within two of 255 steps."""
     wanted = np.array([int(colour[k : k + 2], 16) / 255 for k in (1, 3, 5)])
