@@ -80,6 +80,6 @@ partner's number, length, weight), so {GENERAL_BYTES:.0f} bytes of a directed bo
 root and a division for each visit, as the processor makes them at
 {machine.root_and_division} ns, would be {machine.root_and_division:.2f} ns. It reaches
 {100 * limit / ours:.0f} % of the larger; the rest is the way of eight partners' numbers into
-vectors and of eight forces back. The list costs 10 bytes of a directed bond beside the 24 of the
+vectors and of eight forces back. The list costs 10 bytes of a directed bond beside the 12 of the
 families (with 4-byte IDs), which decide what breaks: passing over the halves of the families' own
 rows instead takes no memory, but was slower: the processor fetches what lies between."""

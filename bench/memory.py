@@ -53,13 +53,14 @@ along is in it: its own numbers, neighbour lists, what the families were built w
 the node and what to its bonds follows from horizons of {few} and {many} spacings. With {many} a
 gigabyte holds {_thousands(rows[-1]):.0f} thousand nodes of `{rows[-1]["style"]}`.
 
-A directed bond has 24 bytes in the families: the other node's ID (4, or 8 with -DLAMMPS_BIGBIG),
-its local index (4), the length (8) and the weight (8); they decide what breaks and who is a
-partner. The general engine's list has each bond once, so 10 of a directed bond: half of an index
-(4), of a length (8) and of a weight (8). While families are built they hold 12 bytes of what
-stays and 16 of the search, less than in the run. Without its list the engine was slower (above);
-weights follow from lengths and volumes, and could be found anew where rows are looked at: that
-has not been tried."""
+A directed bond has 12 bytes in the families, which decide what breaks: the other node's ID (4, or 8
+with -DLAMMPS_BIGBIG) and the length (8). Where the other node is and the bond's weight follow from
+these, and are found anew where they are needed; solids that look at the families in every step
+(`peridem/pmb` with its regularised potential or with several types, and viscous forces while
+`compute peridem/energy` books them) have both stored, 12 bytes more. The general engine's list has
+each bond once, so 10 of a directed bond: half of an index (4), of a length (8) and of a weight (8).
+While families are built they take 16, then at most 20 while they are put in order: less than in the
+run."""
 
 
 def _thousands(row: Row) -> float:

@@ -214,7 +214,7 @@ std::vector<std::array<double, 3>> ComputePeridemAtom::near_directions(int i) co
   std::vector<std::array<double, 3>> around;
   double **X = atom->x0;
   for (bigint k = begin; k < end; k++) {
-    const int j = bonds->partner[k];
+    const int j = bonds->partner(i, k);
     const double mean = 0.5 * (cell + std::pow(atom->vfrac[j], power));
     const double R = bonds->length[k];
     if (R > NEAR * MAX(mean, nearest)) continue;
@@ -273,17 +273,18 @@ void ComputePeridemAtom::find_fragments()
 
 bool ComputePeridemAtom::sweep_fragments()
 {
+  const PeridemLookup find(atom);
   bool changed = false;
   for (int i = 0; i < atom->nlocal; i++) {
     double least = piece[i];
     const bigint begin = bonds->start[i], end = begin + MAX(bonds->num[i], 0);
-    for (bigint k = begin; k < end; k++) least = MIN(least, piece[bonds->partner[k]]);
+    for (bigint k = begin; k < end; k++) least = MIN(least, piece[find(bonds->ptag[k])]);
     if (least < piece[i]) {
       piece[i] = least;
       changed = true;
     }
     for (bigint k = begin; k < end; k++) {
-      const int j = bonds->partner[k];
+      const int j = find(bonds->ptag[k]);
       if (j < atom->nlocal && piece[j] > least) {
         piece[j] = least;
         changed = true;

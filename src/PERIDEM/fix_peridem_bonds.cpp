@@ -19,7 +19,6 @@
 #include "pair_peridem.h"
 #include "peridem_deleted.h"
 #include "peridem_families.h"
-#include "peridem_material.h"
 #include "peridem_messages.h"
 
 #include "atom.h"
@@ -34,6 +33,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <limits>
 
 using namespace LAMMPS_NS;
 using namespace FixConst;
@@ -46,6 +46,10 @@ static constexpr double STEP_MARGIN = 1.02;
 
 // when bonds outgrow the ghost cutoff, it grows by this factor beyond them
 static constexpr double GROWTH = 1.25;
+
+// part of a period within which a node has no nearer image
+static constexpr double PART_OF_PERIOD = 0.4;
+static constexpr double INFINITE = std::numeric_limits<double>::infinity();
 
 // relative difference of weighted volumes that is not rounding
 static constexpr double CHANGED = 1.0e-9;
@@ -132,7 +136,9 @@ void FixPeridemBonds::init()
   laws.check(*this, atom->ntypes, [this](int itype, int jtype) {
     return material(itype, jtype);
   });
-  weights_stale = true;
+  periodic = domain->xperiodic || domain->yperiodic ||
+      (domain->dimension == 3 && domain->zperiodic);
+  volumes_checked = false;
   natoms_seen = -1;
   seen = {};
 
@@ -207,15 +213,18 @@ void FixPeridemBonds::find_solids()
   if (solids.empty() && comm->me == 0)
     error->warning(FLERR, "Fix {}: no pair style of a peridem solid is defined, so no bonds",
                    style);
-}
 
-/* ---------------------------------------------------------------------- */
-
-const PeridemMaterial *FixPeridemBonds::material(int itype, int jtype) const
-{
-  for (auto *solid : solids)
-    if (solid->covers(itype) && solid->covers(jtype)) return &solid->material(itype, jtype);
-  return nullptr;
+  const int ntypes = atom->ntypes;
+  store_all = false;
+  materials.assign((ntypes + 1) * (ntypes + 1), nullptr);
+  for (const auto *solid : solids) {
+    store_all = store_all || solid->reads_rows();
+    for (int i = 1; i <= ntypes; i++)
+      for (int j = 1; j <= ntypes; j++)
+        if (auto &one = materials[i * (ntypes + 1) + j];
+            !one && solid->covers(i) && solid->covers(j))
+          one = &solid->material(i, j);
+  }
 }
 
 /* ----------------------------------------------------------------------
@@ -253,6 +262,7 @@ void FixPeridemBonds::setup(int)
 
 void FixPeridemBonds::setup_pre_exchange()
 {
+  drop_stored();
   reconcile();
   build_if_new_nodes();
 }
@@ -272,6 +282,7 @@ void FixPeridemBonds::pre_exchange()
     comm->setup();
     if (neighbor->style) neighbor->setup_bins();
   }
+  drop_stored();
 }
 
 /* ----------------------------------------------------------------------
@@ -325,7 +336,7 @@ double FixPeridemBonds::stretch(const double *xi, const double *xj, double R)
 
 void FixPeridemBonds::break_bond(int i, bigint k)
 {
-  const int j = partner[k];
+  const int j = partner(i, k);
   broken.push_back({i, j});
   if (j >= atom->nlocal) told.emplace_back(atom->tag[i], ptag[k]);
   erase_bond(i, k);
@@ -340,19 +351,11 @@ double FixPeridemBonds::intact_volume(int i) const
   const int *const type = atom->type;
   double sum = 0.0;
   for (bigint k = start[i]; k < start[i] + num[i]; k++) {
-    const int j = partner[k];
-    const auto *mat = material(type[i], type[j]);
-    const double h = mat->cell > 0.0 ? mat->cell : 0.5 * (cell_size(i) + cell_size(j));
-    sum += mat->volume_factor(length[k], h) * atom->vfrac[j];
+    const int j = atom->map(ptag[k]);
+    const auto &mat = *material(type[i], type[j]);
+    sum += mat.volume_factor(length[k], cell_size(mat, i, j)) * atom->vfrac[j];
   }
   return sum;
-}
-
-/* ---------------------------------------------------------------------- */
-
-double FixPeridemBonds::cell_size(int i) const
-{
-  return std::pow(atom->vfrac[i], 1.0 / domain->dimension);
 }
 
 /* ---------------------------------------------------------------------- */
@@ -403,36 +406,29 @@ void FixPeridemBonds::build_families()
   const double longest_now = enter_families(fresh, reach, material_of);
   longest = MAX(longest, longest_now);
   check_families(fresh);
-  weights_stale = true;
+  volumes_checked = false;
 }
 
 /* ----------------------------------------------------------------------
-   returns the longest bond of all ranks; what finds them is gone before weights need their place
+   returns the longest bond of all ranks; what found them goes as they are entered
 ------------------------------------------------------------------------- */
 
 double FixPeridemBonds::enter_families(const std::vector<int> &fresh, double reach,
                                        const PeridemFamilies::MaterialOf &material_of)
 {
-  double longest_now;
-  {
-    PeridemFamilies finder(lmp, material_of, cuts, reach);
-    finder.build(fresh);
-    longest_now = finder.longest();
-    reserve_pool(finder.bonds());
-    finder.each([this](const PeridemFamilies::Family &family) {
-      const int i = family.node;
-      start[i] = static_cast<bigint>(ptag.size());
-      nref[i] = family.reference;
-      num[i] = static_cast<int>(family.count);
-      wvolume[i] = family.wvolume;
-      famvolume[i] = family.volume;
-      for (std::size_t k = 0; k < family.count; k++) {
-        ptag.push_back(family.tag(k));
-        length.push_back(family.length(k));
-      }
-    });
-  }
-  fill_pool();
+  PeridemFamilies finder(lmp, material_of, cuts, reach);
+  finder.build(fresh);
+  const double longest_now = finder.longest();
+  reserve_pool(finder.bonds());
+  finder.hand_over([this](const PeridemFamilies::Family &family) {
+    const int i = family.node;
+    start[i] = static_cast<bigint>(ptag.size());
+    nref[i] = family.reference;
+    num[i] = static_cast<int>(family.count);
+    wvolume[i] = family.wvolume;
+    famvolume[i] = family.volume;
+    for (std::size_t k = 0; k < family.count; k++) append(family.tag(k), family.length(k));
+  });
   require_ghost_cutoff(longest_now * (1.0 + 2.0 * PeridemFamilies::SLACK), false);
   return longest_now;
 }
@@ -535,18 +531,23 @@ void FixPeridemBonds::check_families(const std::vector<int> &fresh)
 }
 
 /* ----------------------------------------------------------------------
-   turn partner IDs into local indices, in a pool that follows the order of the nodes
+   what the rows mean for nodes where they are now, in a pool that follows the order of the nodes
 ------------------------------------------------------------------------- */
 
 void FixPeridemBonds::build_local()
 {
   maxexchange = 1 + NODE + BOND * longest_row(atom->nlocal);
   std::copy(atom->tag, atom->tag + atom->nlocal, known_id);
-  const bool moved = order_pool(atom->nlocal), same = same_nodes();
-  if (moved || !same) map_partners();
+  order_pool(atom->nlocal);
+  find_cell_sizes();
+  find_periods();
+  const bool same = same_nodes();
+  if (!same) check_partners();
+  if (!same || periodic) layout++;    // the nearest image may be another
+  if (!volumes_checked) check_volumes();
+  volumes_checked = true;
+  if (store_all) store();
   flag_rigid();
-  if (weights_stale) compute_weights();
-  weights_stale = false;
   comm->forward_comm(this);
   broken.clear();
   version++;
@@ -554,7 +555,7 @@ void FixPeridemBonds::build_local()
 
 /* ----------------------------------------------------------------------
    Are all nodes where they were in the arrays, and no partner but them? Most reneighbourings of a
-   rank that has whole grains move none. Across periodic boundaries the nearest image may be another.
+   rank that has whole grains move none.
 ------------------------------------------------------------------------- */
 
 bool FixPeridemBonds::same_nodes()
@@ -563,7 +564,7 @@ bool FixPeridemBonds::same_nodes()
   auto same = [nlocal](const auto &list, const auto *now) {
     return std::equal(list.begin(), list.end(), now, now + nlocal);
   };
-  if (!ghost_partners && same(seen.ids, atom->tag) && same(seen.grains, atom->molecule) &&
+  if (ghost_bonds == 0 && same(seen.ids, atom->tag) && same(seen.grains, atom->molecule) &&
       same(seen.types, atom->type))
     return true;
   seen.ids.assign(atom->tag, atom->tag + nlocal);
@@ -574,22 +575,22 @@ bool FixPeridemBonds::same_nodes()
 
 /* ---------------------------------------------------------------------- */
 
-void FixPeridemBonds::map_partners()
+void FixPeridemBonds::check_partners()
 {
-  const bool periodic = domain->xperiodic || domain->yperiodic ||
-      (domain->dimension == 3 && domain->zperiodic);
+  const PeridemLookup find(atom);
   const int *const type = atom->type;
   const tagint *const molecule = atom->molecule;
   mixed.assign(atom->nlocal, 0);
-  ghost_partners = periodic;
+  ghost_bonds = 0;
   for (int i = 0; i < atom->nlocal; i++) {
     for (bigint k = start[i]; k < start[i] + num[i]; k++) {
-      int j = atom->map(ptag[k]);
+      const int j = find(ptag[k]);
       if (j < 0) lost_partner(i, ptag[k]);
-      if (periodic) j = domain->closest_image(i, j);
-      if (j >= atom->nlocal) ghost_partners = true;
-      partner[k] = j;
+      if (j >= atom->nlocal) ghost_bonds++;
       if (type[j] != type[i]) mixed[i] = 1;
+      if (!material(type[i], type[j]))
+        error->one(FLERR, "Nodes {} and {} are bonded, but no pair_coeff covers types {} and {}",
+                   atom->tag[i], atom->tag[j], type[i], type[j]);
       if (molecule[j] != molecule[i])
         error->one(FLERR,
                    "Nodes {} and {} are bonded, but now they are of grains {} and {}: molecule-IDs "
@@ -597,6 +598,38 @@ void FixPeridemBonds::map_partners()
                    atom->tag[i], atom->tag[j], molecule[i], molecule[j]);
     }
   }
+}
+
+/* ---------------------------------------------------------------------- */
+
+int FixPeridemBonds::nearest_image(int i, int j) const
+{
+  return domain->closest_image(i, j);
+}
+
+/* ----------------------------------------------------------------------
+   less than half a period of the box as it is now, and as it soon may be
+------------------------------------------------------------------------- */
+
+void FixPeridemBonds::find_periods()
+{
+  for (int k = 0; k < 3; k++) {
+    beside_within[k] = domain->periodicity[k] ? PART_OF_PERIOD * domain->prd[k] : INFINITE;
+    if (domain->triclinic) beside_within[k] = 0.0;    // periods are not along the axes
+  }
+}
+
+/* ---------------------------------------------------------------------- */
+
+void FixPeridemBonds::store()
+{
+  const PeridemLookup find(atom);
+  make_room_for_stored();
+  for (int i = 0; i < atom->nlocal; i++)
+    for (bigint k = start[i]; k < start[i] + num[i]; k++) {
+      partners[k] = nearest(i, find(ptag[k]));
+      weights[k] = bond_weight(i, partners[k], length[k]);
+    }
 }
 
 /* ---------------------------------------------------------------------- */
@@ -615,7 +648,7 @@ void FixPeridemBonds::flag_rigid()
     rigid[i] = moves_rigidly(i);
     if (adapt && adapt->rigid(i)) continue;    // all of its grain is
     for (bigint k = start[i]; rigid[i] && k < start[i] + num[i]; k++)
-      rigid[i] = moves_rigidly(partner[k]);
+      rigid[i] = moves_rigidly(atom->map(ptag[k]));
   }
   version++;
 }
@@ -634,29 +667,26 @@ void FixPeridemBonds::lost_partner(int i, tagint jtag)
 
 /* ---------------------------------------------------------------------- */
 
-void FixPeridemBonds::compute_weights()
+void FixPeridemBonds::find_cell_sizes()
 {
-  const int nlocal = atom->nlocal, nall = nlocal + atom->nghost;
-  const int *const type = atom->type;
+  const int nall = atom->nlocal + atom->nghost;
   const double *const V = atom->vfrac;
-
   cellsize.resize(nall);
-  for (int i = 0; i < nall; i++) cellsize[i] = cell_size(i);
+  for (int i = 0; i < nall; i++)
+    cellsize[i] = domain->dimension == 3 ? std::cbrt(V[i]) : std::sqrt(V[i]);
+}
 
-  for (int i = 0; i < nlocal; i++) {
+/* ---------------------------------------------------------------------- */
+
+void FixPeridemBonds::check_volumes() const
+{
+  const PeridemLookup find(atom);
+  for (int i = 0; i < atom->nlocal; i++) {
+    if (num[i] != nref[i]) continue;
     double m = 0.0;
-    for (bigint k = start[i]; k < start[i] + num[i]; k++) {
-      const int j = partner[k];
-      const auto *mat = material(type[i], type[j]);
-      if (!mat)
-        error->one(FLERR, "Nodes {} and {} are bonded, but no pair_coeff covers types {} and {}",
-                   atom->tag[i], atom->tag[j], type[i], type[j]);
-      const double R = length[k];
-      const double h = mat->cell > 0.0 ? mat->cell : 0.5 * (cellsize[i] + cellsize[j]);
-      weight[k] = mat->influence(R / mat->horizon) * mat->volume_factor(R, h) * (V[i] * V[j]);
-      m += weight[k] * R * R;
-    }
-    if (num[i] == nref[i] && std::fabs(m / V[i] - wvolume[i]) > CHANGED * wvolume[i])
+    for (bigint k = start[i]; k < start[i] + num[i]; k++)
+      m += bond_weight(i, find(ptag[k]), length[k]) * length[k] * length[k];
+    if (std::fabs(m / atom->vfrac[i] - wvolume[i]) > CHANGED * wvolume[i])
       error->one(
           FLERR,
           "Volumes or types of node {} or of its family have changed since the families were "
@@ -719,38 +749,36 @@ void FixPeridemBonds::copy_arrays(int i, int j, int)
 
 int FixPeridemBonds::pack_exchange(int i, double *buf)
 {
-  return pack_row(i, buf, true);
+  return pack_row(i, buf);
 }
 
 /* ---------------------------------------------------------------------- */
 
 int FixPeridemBonds::unpack_exchange(int i, double *buf)
 {
-  return unpack_row(i, buf, true);
+  return unpack_row(i, buf);
 }
 
 /* ---------------------------------------------------------------------- */
 
 int FixPeridemBonds::size_restart(int i)
 {
-  return 1 + NODE + BOND_WITHOUT * MAX(num[i], 0);
+  return 1 + NODE + BOND * MAX(num[i], 0);
 }
 
 /* ---------------------------------------------------------------------- */
 
 int FixPeridemBonds::maxsize_restart()
 {
-  return 1 + NODE + BOND_WITHOUT * max_family;
+  return 1 + NODE + BOND * max_family;
 }
 
-/* ----------------------------------------------------------------------
-   weights follow from the lengths, as soon as there are ghosts
-------------------------------------------------------------------------- */
+/* ---------------------------------------------------------------------- */
 
 int FixPeridemBonds::pack_restart(int i, double *buf)
 {
   buf[0] = size_restart(i);
-  return 1 + pack_row(i, buf + 1, false);
+  return 1 + pack_row(i, buf + 1);
 }
 
 /* ---------------------------------------------------------------------- */
@@ -759,7 +787,7 @@ void FixPeridemBonds::unpack_restart(int i, int nth)
 {
   const double *buf = atom->extra[i];
   for (int k = 0; k < nth; k++) buf += static_cast<int>(*buf);
-  unpack_row(i, buf + 1, false);
+  unpack_row(i, buf + 1);
 }
 
 /* ----------------------------------------------------------------------
@@ -791,5 +819,5 @@ void FixPeridemBonds::restart(char *buf)
 
 double FixPeridemBonds::memory_usage()
 {
-  return pool_bytes(atom->nmax);
+  return pool_bytes(atom->nmax) + static_cast<double>(cellsize.capacity() * sizeof(double));
 }

@@ -182,6 +182,7 @@ void PairPeridem::init_style()
   find_bonds();
   ninit++;
   const bool booked = !modify->get_compute_by_style("^peridem/energy$").empty();
+  books_viscous = viscous && booked;
   if (viscous || booked) comm->ghost_velocity = 1;
 }
 

@@ -62,6 +62,8 @@ class PairPeridem : public Pair {
   double largest_frequency_sq();
   // largest ratio of viscosity to shear modulus
   double largest_viscous_time() const;
+  // does it look at rows of fix peridem/bonds in every step?
+  virtual bool reads_rows() const { return books_viscous; }
   int init_count() const { return ninit; }
   int coeff_version() const { return ncoeff; }
 
@@ -97,7 +99,8 @@ class PairPeridem : public Pair {
  private:
   int ntypes{0};
   int ninit{0};
-  int ncoeff{0};    // counts the pair_coeff commands
+  int ncoeff{0};                // counts the pair_coeff commands
+  bool books_viscous{false};    // are viscous forces booked?
   double *comm_values{nullptr};
   std::vector<PeridemMaterial> given, mixed;
 

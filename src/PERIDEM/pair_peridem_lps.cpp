@@ -296,27 +296,27 @@ double PairPeridemLPS::extension_sum(int i) const
   double **x = atom->x;
   double sum = 0.0;
   for (bigint k = bonds->start[i]; k < bonds->start[i] + bonds->num[i]; k++) {
-    const double *xj = x[bonds->partner[k]];
-    const double dx = xj[0] - x[i][0], dy = xj[1] - x[i][1], dz = xj[2] - x[i][2];
+    const int j = bonds->partner(i, k);
+    const double dx = x[j][0] - x[i][0], dy = x[j][1] - x[i][1], dz = x[j][2] - x[i][2];
     const double R = bonds->length[k];
-    sum += bonds->weight[k] * R * (std::sqrt(dx * dx + dy * dy + dz * dz) - R);
+    sum += bonds->weight(i, j, k) * R * (std::sqrt(dx * dx + dy * dy + dz * dz) - R);
   }
   return sum;
 }
 
 /* ----------------------------------------------------------------------
-   look at every bond of node i: how far it is stretched, whether it breaks; returns the dilatation
-   sum of those that hold. The other end runs the same lines on the same numbers and decides alike.
+   look at every bond of node i: how far it is stretched, whether it breaks. The other end runs the
+   same lines on the same numbers and decides alike.
 ------------------------------------------------------------------------- */
 
-double PairPeridemLPS::careful_row(int i)
+void PairPeridemLPS::careful_row(int i)
 {
   double **x = atom->x;
   const int *const type = atom->type;
   double energy_before = 0.0;
   bool any = false;
   for (bigint k = bonds->start[i]; k < bonds->start[i] + bonds->num[i];) {
-    const int j = bonds->partner[k];
+    const int j = bonds->partner(i, k);
     const double s = FixPeridemBonds::stretch(x[i], x[j], bonds->length[k]);
     if (atom->mask[i] & atom->mask[j] & bonds->unbroken_bit) {
       k++;
@@ -335,13 +335,9 @@ double PairPeridemLPS::careful_row(int i)
     } else
       k++;
   }
-
-  const double sum = extension_sum(i);
-  if (any) {
-    set_dilatation(i, sum);
-    broken_energy += energy_before - energy_to_break(i);
-  }
-  return sum;
+  if (!any) return;
+  set_dilatation(i, extension_sum(i));
+  broken_energy += energy_before - energy_to_break(i);
 }
 
 /* ----------------------------------------------------------------------
@@ -356,10 +352,10 @@ double PairPeridemLPS::strain_energy(int i) const
   double **x = atom->x;
   double sum = 0.0;
   for (bigint k = bonds->start[i]; k < bonds->start[i] + bonds->num[i]; k++) {
-    const double *xj = x[bonds->partner[k]];
-    const double dx = xj[0] - x[i][0], dy = xj[1] - x[i][1], dz = xj[2] - x[i][2];
+    const int j = bonds->partner(i, k);
+    const double dx = x[j][0] - x[i][0], dy = x[j][1] - x[i][1], dz = x[j][2] - x[i][2];
     const double e = std::sqrt(dx * dx + dy * dy + dz * dz) - bonds->length[k];
-    sum += bonds->weight[k] * e * e;
+    sum += bonds->weight(i, j, k) * e * e;
   }
   const auto &own = material(atom->type[i], atom->type[i]);
   return 0.5 * (own.lambda() - own.shear) * theta[i] * theta[i] * atom->vfrac[i] +
@@ -375,7 +371,7 @@ double PairPeridemLPS::energy_rate(int i) const
   double **x = atom->x, **v = atom->v;
   double dilating = 0.0, extending = 0.0;
   for (bigint k = bonds->start[i]; k < bonds->start[i] + bonds->num[i]; k++) {
-    const int j = bonds->partner[k];
+    const int j = bonds->partner(i, k);
     double rsq = TINY, rate = 0.0;
     for (int m = 0; m < 3; m++) {
       const double d = x[j][m] - x[i][m];
@@ -383,8 +379,9 @@ double PairPeridemLPS::energy_rate(int i) const
       rate += d * (v[j][m] - v[i][m]);
     }
     const double r = std::sqrt(rsq), R = bonds->length[k];
-    dilating += bonds->weight[k] * R * rate / r;
-    extending += bonds->weight[k] * (r - R) * rate / r;
+    const double pull = bonds->weight(i, j, k) * rate / r;
+    dilating += pull * R;
+    extending += pull * (r - R);
   }
   return pressure[i] * dilating + stiffness[i] * extending;
 }
@@ -412,11 +409,11 @@ void PairPeridemLPS::stress(int i, double *sigma) const
   if (!theta || !(bonds->wvolume[i] > 0.0)) return;
   double **x = atom->x;
   for (bigint k = bonds->start[i]; k < bonds->start[i] + bonds->num[i]; k++) {
-    const double *const xj = x[bonds->partner[k]];
-    const double dx = xj[0] - x[i][0], dy = xj[1] - x[i][1], dz = xj[2] - x[i][2];
+    const int j = bonds->partner(i, k);
+    const double dx = x[j][0] - x[i][0], dy = x[j][1] - x[i][1], dz = x[j][2] - x[i][2];
     const double r = std::sqrt(dx * dx + dy * dy + dz * dz + TINY);
     const double R = bonds->length[k];
-    const double t = bonds->weight[k] * (pressure[i] * R + stiffness[i] * (r - R)) / r;
+    const double t = bonds->weight(i, j, k) * (pressure[i] * R + stiffness[i] * (r - R)) / r;
     sigma[0] += t * dx * dx;
     sigma[1] += t * dy * dy;
     sigma[2] += t * dz * dz;
@@ -459,7 +456,7 @@ void PairPeridemLPS::tally_virial(int i, double *w) const
 {
   double **x = atom->x, **v = atom->v;
   for (bigint k = bonds->start[i]; k < bonds->start[i] + bonds->num[i]; k++) {
-    const int j = bonds->partner[k];
+    const int j = bonds->partner(i, k);
     const double d[3] = {x[j][0] - x[i][0], x[j][1] - x[i][1], x[j][2] - x[i][2]};
     const double r = std::sqrt(d[0] * d[0] + d[1] * d[1] + d[2] * d[2] + TINY);
     const double R = bonds->length[k];
@@ -469,7 +466,7 @@ void PairPeridemLPS::tally_virial(int i, double *w) const
       for (int m = 0; m < 3; m++) rate += (v[j][m] - v[i][m]) * d[m];
       force += (dashpot[i] + dashpot[j]) * rate / r;
     }
-    force *= 0.5 * bonds->weight[k] / r;
+    force *= 0.5 * bonds->weight(i, j, k) / r;
     w[0] -= force * d[0] * d[0];
     w[1] -= force * d[1] * d[1];
     w[2] -= force * d[2] * d[2];
@@ -490,7 +487,7 @@ void PairPeridemLPS::book_viscous_forces()
   double **x = atom->x, **v = atom->v;
   for (int i = 0; i < atom->nlocal; i++)
     for (bigint k = bonds->start[i]; k < bonds->start[i] + bonds->num[i]; k++) {
-      const int j = bonds->partner[k];
+      const int j = bonds->partner(i, k);
       double d[3], rsq = TINY, rate = 0.0;
       for (int m = 0; m < 3; m++) {
         d[m] = x[j][m] - x[i][m];
@@ -498,7 +495,7 @@ void PairPeridemLPS::book_viscous_forces()
         rate += d[m] * (v[j][m] - v[i][m]);
       }
       PeridemBooks::add(books.damping, i, d,
-                        bonds->weight[k] * (dashpot[i] + dashpot[j]) * rate / rsq);
+                        bonds->weight(i, j, k) * (dashpot[i] + dashpot[j]) * rate / rsq);
     }
 }
 
@@ -573,8 +570,10 @@ double PairPeridemLPS::extension(int i, int j, const std::vector<double> &u, dou
 double PairPeridemLPS::extension_sum(int i, const std::vector<double> &u) const
 {
   double sum = 0.0, n[3];
-  for (bigint k = bonds->start[i]; k < bonds->start[i] + bonds->num[i]; k++)
-    sum += bonds->weight[k] * bonds->length[k] * extension(i, bonds->partner[k], u, n);
+  for (bigint k = bonds->start[i]; k < bonds->start[i] + bonds->num[i]; k++) {
+    const int j = bonds->partner(i, k);
+    sum += bonds->weight(i, j, k) * bonds->length[k] * extension(i, j, u, n);
+  }
   return sum;
 }
 
@@ -585,10 +584,10 @@ void PairPeridemLPS::add_response(int i, const std::vector<double> &u, const std
 {
   double n[3];
   for (bigint k = bonds->start[i]; k < bonds->start[i] + bonds->num[i]; k++) {
-    const int j = bonds->partner[k];
+    const int j = bonds->partner(i, k);
     const double e = extension(i, j, u, n);
-    const double t =
-        bonds->weight[k] * ((p[i] + p[j]) * bonds->length[k] + (stiffness[i] + stiffness[j]) * e);
+    const double t = bonds->weight(i, j, k) *
+        ((p[i] + p[j]) * bonds->length[k] + (stiffness[i] + stiffness[j]) * e);
     for (int m = 0; m < 3; m++) f[m] += t * n[m];
   }
 }

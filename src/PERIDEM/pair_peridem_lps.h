@@ -82,7 +82,7 @@ class PairPeridemLPS : public PairPeridem {
   double extension(int, int, const std::vector<double> &, double *) const;
   double extension_sum(int, const std::vector<double> &) const;
   void add_response(int, const std::vector<double> &, const std::vector<double> &, double *) const;
-  double careful_row(int);
+  void careful_row(int);
   double energy_rate(int) const;
   double energy_to_break(int) const;
   void set_dilatation(int, double) const;

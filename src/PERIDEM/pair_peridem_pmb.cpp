@@ -113,6 +113,22 @@ void PairPeridemPMB::init_list()
   list->init(bonds, of_types, PeridemGeneral::WEIGHT_OVER_LENGTH);
 }
 
+/* ----------------------------------------------------------------------
+   those of the regularised potential, and of grains of several types
+------------------------------------------------------------------------- */
+
+bool PairPeridemPMB::reads_rows() const
+{
+  int types = 0;
+  bool soft = false;
+  for (int i = 1; i <= atom->ntypes; i++) {
+    if (!covers(i)) continue;
+    types++;
+    soft = soft || law(i, i).beta > 0.0;
+  }
+  return soft || types > 1 || PairPeridem::reads_rows();
+}
+
 /* ---------------------------------------------------------------------- */
 
 PairPeridemPMB::Law PairPeridemPMB::make_law(const PeridemMaterial &mat) const
@@ -221,7 +237,7 @@ PairPeridemPMB::Bond PairPeridemPMB::look_at(int i, bigint k) const
 {
   double **x = atom->x;
   Bond bond;
-  bond.j = bonds->partner[k];
+  bond.j = bonds->partner(i, k);
   double rsq = TINY;
   for (int m = 0; m < 3; m++) {
     bond.d[m] = x[bond.j][m] - x[i][m];
@@ -230,7 +246,7 @@ PairPeridemPMB::Bond PairPeridemPMB::look_at(int i, bigint k) const
   bond.r = std::sqrt(rsq);
   bond.R = bonds->length[k];
   bond.s = (bond.r - bond.R) / bond.R;
-  bond.weight = bonds->weight[k];
+  bond.weight = bonds->weight(i, bond.j, k);
   return bond;
 }
 
@@ -270,9 +286,9 @@ template <bool VISCOUS> double PairPeridemPMB::fast_row(int i, const Law &one, d
 {
   const double *const x = atom->x[0];
   const double *const v = atom->v[0];
-  const int *const partner = bonds->partner.data();
+  const int *const partner = bonds->partners.data();
   const double *const length = bonds->length.data();
-  const double *const weight = bonds->weight.data();
+  const double *const weight = bonds->weights.data();
   const double xi = x[3 * i], yi = x[3 * i + 1], zi = x[3 * i + 2];
   const double vx = v[3 * i], vy = v[3 * i + 1], vz = v[3 * i + 2];
   const double c = one.c, dashpot = one.dashpot, beta = one.beta;

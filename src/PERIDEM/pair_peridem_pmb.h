@@ -38,6 +38,7 @@ class PairPeridemPMB : public PairPeridem {
   double dilatation(int) const override;
   double strain_energy(int) const override;
   void stress(int, double *) const override;
+  bool reads_rows() const override;
   double memory_usage() override;
 
  protected:

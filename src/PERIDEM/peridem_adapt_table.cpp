@@ -289,7 +289,7 @@ double PeridemAdaptTable::largest_stretch(tagint mol) const
     if (!bonds || bonds->num[i] < 0) continue;
     if (bonds->num[i] < bonds->nref[i]) return INFINITE;
     for (bigint k = bonds->start[i]; k < bonds->start[i] + bonds->num[i]; k++) {
-      const double *const xj = x[bonds->partner[k]];
+      const double *const xj = x[bonds->partner(i, k)];
       const double d[3] = {xj[0] - x[i][0], xj[1] - x[i][1], xj[2] - x[i][2]};
       largest = MAX(largest, std::fabs(MathExtra::len3(d) / bonds->length[k] - 1.0));
     }

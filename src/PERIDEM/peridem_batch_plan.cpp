@@ -186,26 +186,30 @@ const double *PeridemBatchPlan::reference(int i) const
 
 /* ---------------------------------------------------------------------- */
 
-PeridemBatchPlan::Row PeridemBatchPlan::row(int i) const
+int PeridemBatchPlan::bond_count(int i) const
 {
-  if (i < nlocal) {
-    const auto at = bonds->start[i];
-    return {bonds->num[i], bonds->length.data() + at, bonds->weight.data() + at, 1};
-  }
-  const auto at = share.first[i - nlocal];
-  const auto *const bond = share.rows.data() + at;
-  constexpr std::size_t stride = sizeof(PeridemBatchShare::Bond) / sizeof(double);
-  return {static_cast<int>(share.first[i - nlocal + 1] - at), &bond->length, &bond->weight, stride};
+  if (i < nlocal) return bonds->num[i];
+  return static_cast<int>(share.first[i - nlocal + 1] - share.first[i - nlocal]);
 }
 
-/* ----------------------------------------------------------------------
-   number within the grain of the node at the other end of bond k of node i
-------------------------------------------------------------------------- */
+/* ---------------------------------------------------------------------- */
 
 int PeridemBatchPlan::partner(int i, int k) const
 {
-  if (i < nlocal) return number_of(bonds->partner[bonds->start[i] + k]);
+  if (i < nlocal) return number_of_tag(bonds->ptag[bonds->start[i] + k]);
   return number_of_tag(static_cast<tagint>(share.rows[share.first[i - nlocal] + k].tag));
+}
+
+/* ---------------------------------------------------------------------- */
+
+PeridemBatchPlan::Bond PeridemBatchPlan::bond(int i, int k) const
+{
+  if (i < nlocal) {
+    const bigint at = bonds->start[i] + k;
+    return {bonds->length[at], bonds->weight(i, atom->map(bonds->ptag[at]), at)};
+  }
+  const auto &borrowed = share.rows[share.first[i - nlocal] + k];
+  return {borrowed.length, borrowed.weight};
 }
 
 /* ---------------------------------------------------------------------- */
@@ -630,7 +634,7 @@ void PeridemBatchPlan::count_bonds(const Grain *first, PeridemBatchGroup &group)
 {
   group.held.assign(group.lanes, 0);
   for (int lane = 0; lane < group.lanes; lane++)
-    for (int i : first[lane].nodes) group.held[lane] += row(i).count;
+    for (int i : first[lane].nodes) group.held[lane] += bond_count(i);
 }
 
 /* ----------------------------------------------------------------------
@@ -645,7 +649,7 @@ void PeridemBatchPlan::unite(const Grain *first, PeridemBatchGroup &group) const
   for (int n = 0; n < group.nodes; n++) {
     found.clear();
     for (int lane = 0; lane < group.lanes; lane++) {
-      const int i = first[lane].nodes[n], count = row(i).count;
+      const int i = first[lane].nodes[n], count = bond_count(i);
       for (int k = 0; k < count; k++) {
         const int m = partner(i, k);
         if (m <= n || seen[m] == n) continue;
@@ -679,13 +683,13 @@ void PeridemBatchPlan::fill(const Grain *first, PeridemBatchGroup &group) const
       const int i = group.index[n * WIDTH + lane] = grain.nodes[n];
       group.ids[n * WIDTH + lane] = tag(i);
       if (lane != used) continue;
-      const auto mine = row(i);
-      for (int k = 0; k < mine.count; k++) {
+      for (int k = 0; k < bond_count(i); k++) {
         const int m = partner(i, k);
         if (m <= n) continue;
-        const double R = mine.length[k * mine.stride];
+        const auto one = bond(i, k);
+        const double R = one.length;
         PeridemSimd::set(group.inverse[slot[m]], lane, 1.0 / R);
-        PeridemSimd::set(group.strength[slot[m]], lane, mine.weight[k * mine.stride] * R * R);
+        PeridemSimd::set(group.strength[slot[m]], lane, one.weight * R * R);
       }
     }
   }

@@ -128,10 +128,8 @@ class PeridemBatchPlan : protected Pointers {
     std::vector<double> shift;    // three per node, if any is not zero
   };
   using Grains = std::vector<Grain>;
-  struct Row {    // bonds of a node
-    int count;
-    const double *length, *weight;
-    std::size_t stride;    // from one to the next, in doubles
+  struct Bond {
+    double length, weight;
   };
 
   const FixPeridemBonds *bonds{nullptr};
@@ -154,8 +152,11 @@ class PeridemBatchPlan : protected Pointers {
   int type(int) const;
   const double *place(int) const;
   const double *reference(int) const;
-  Row row(int) const;
+  // of a node, own or borrowed: how many bonds it has, and of one of them the number within the grain
+  // of the node at its other end
+  int bond_count(int i) const;
   int partner(int i, int k) const;
+  Bond bond(int i, int k) const;
 
   std::vector<int> candidates(const std::vector<Law> &) const;
   Grains find_grains(const std::vector<int> &) const;

@@ -150,9 +150,9 @@ void PeridemBatchShare::pack_node(const FixPeridemBonds *bonds, int i, const dou
   const auto *const raw = reinterpret_cast<const double *>(&node);
   out.insert(out.end(), raw, raw + sizeof(Node) / sizeof(double));
   for (bigint k = bonds->start[i]; k < bonds->start[i] + bonds->num[i]; k++)
-    out.insert(
-        out.end(),
-        {static_cast<double>(atom->tag[bonds->partner[k]]), bonds->length[k], bonds->weight[k]});
+    out.insert(out.end(),
+               {static_cast<double>(bonds->ptag[k]), bonds->length[k],
+                bonds->weight(i, atom->map(bonds->ptag[k]), k)});
 }
 
 /* ---------------------------------------------------------------------- */

@@ -15,9 +15,9 @@
 
 #include "peridem_bond_watch.h"
 
+#include "fix_peridem_bonds.h"
 #include "pair_peridem.h"
 #include "peridem_material.h"
-#include "peridem_rows.h"
 
 #include "atom.h"
 #include "comm.h"
@@ -26,6 +26,7 @@
 #include "modify.h"
 #include "update.h"
 
+#include <algorithm>
 #include <cmath>
 
 using namespace LAMMPS_NS;
@@ -120,25 +121,35 @@ void PeridemBondWatch::look_at_box(const PeridemRows &rows) const
       out_all, first_all);
 }
 
-/* ---------------------------------------------------------------------- */
+/* ----------------------------------------------------------------------
+   Each bond is looked at once, in the row of its lower ID. A fix that adds nodes may have taken the
+   ghosts out of the map already: their bonds are looked for once there are ghosts again.
+------------------------------------------------------------------------- */
 
-double PeridemBondWatch::longest_bond(const PeridemRows &rows)
+double PeridemBondWatch::longest_bond(const FixPeridemBonds &bonds)
 {
+  const PeridemLookup find(atom);
   double **x = atom->x;
   double rsqmax = 0.0, least = 1.0;    // least: squared length over that in the reference
   int least_i = -1, least_j = -1;
-  for (int i = 0; i < atom->nlocal; i++)
-    for (bigint k = rows.start[i]; k < rows.start[i] + rows.num[i]; k++) {
-      const double *xj = x[rows.partner[k]];
+  for (int i = 0; i < atom->nlocal; i++) {
+    if (bonds.num[i] <= 0) continue;
+    const auto row = bonds.ptag.begin() + bonds.start[i], end = row + bonds.num[i];
+    const auto higher = std::upper_bound(row, end, atom->tag[i]);
+    for (auto k = bonds.start[i] + (higher - row); k < bonds.start[i] + bonds.num[i]; k++) {
+      const int j = bonds.nearest(i, find(bonds.ptag[k]));
+      if (j < 0) continue;
+      const double *const xj = x[j];
       const double dx = xj[0] - x[i][0], dy = xj[1] - x[i][1], dz = xj[2] - x[i][2];
-      const double rsq = dx * dx + dy * dy + dz * dz;
+      const double rsq = dx * dx + dy * dy + dz * dz, R = bonds.length[k];
       rsqmax = MAX(rsqmax, rsq);
-      if (rsq < least * rows.length[k] * rows.length[k]) {
-        least = rsq / (rows.length[k] * rows.length[k]);
+      if (rsq < least * R * R) {
+        least = rsq / (R * R);
         least_i = i;
-        least_j = rows.partner[k];
+        least_j = j;
       }
     }
+  }
   double mine[2] = {std::sqrt(rsqmax), -std::sqrt(least)};
   double all[2];
   MPI_Allreduce(mine, all, 2, MPI_DOUBLE, MPI_MAX, world);

@@ -22,6 +22,7 @@
 
 namespace LAMMPS_NS {
 
+class FixPeridemBonds;
 class PairPeridem;
 class PeridemRows;
 
@@ -34,7 +35,8 @@ class PeridemBondWatch : protected Pointers {
   void init(const std::vector<PairPeridem *> &);    // a run begins
   void look_at_time_step();                         // once there are forces
   void look_at_box(const PeridemRows &) const;
-  double longest_bond(const PeridemRows &);    // at the present positions; looks for crushed ones
+  double
+  longest_bond(const FixPeridemBonds &);    // at the present positions; looks for crushed ones
 
  private:
   PeridemStability stability;

@@ -132,16 +132,17 @@ PeridemFamilies::Family PeridemFamilies::read(const double *numbers)
 
 /* ---------------------------------------------------------------------- */
 
-void PeridemFamilies::each(const std::function<void(const Family &)> &tell) const
+void PeridemFamilies::hand_over(const std::function<void(const Family &)> &take)
 {
-  std::vector<Family> families;
-  for (const auto &piece : found)
-    for (std::size_t m = 0; m < piece.size(); m += HEADER + 2 * families.back().count)
-      families.push_back(read(&piece[m]));
-  std::sort(families.begin(), families.end(), [](const Family &a, const Family &b) {
-    return a.node < b.node;
-  });
-  for (const auto &family : families) tell(family);
+  for (auto &piece : found) {
+    for (std::size_t m = 0; m < piece.size();) {
+      const auto family = read(&piece[m]);
+      take(family);
+      m += HEADER + 2 * family.count;
+    }
+    Numbers().swap(piece);
+  }
+  found.clear();
 }
 
 /* ----------------------------------------------------------------------

@@ -48,8 +48,8 @@ class PeridemFamilies : protected Pointers {
   // families of owned nodes among each other's grains; collective
   void build(const std::vector<int> &nodes);
   std::size_t bonds() const { return nbonds; }
-  // by increasing local index
-  void each(const std::function<void(const Family &)> &) const;
+  // each of them, and gives back the memory that it had
+  void hand_over(const std::function<void(const Family &)> &);
 
   // longest bond at the present positions, of all ranks
   double longest() const { return longest_now; }

@@ -38,6 +38,10 @@ static constexpr double INFINITE = std::numeric_limits<double>::infinity();
 // margin covers what the two may differ by.
 static constexpr double MARGIN = 1.0e-10;
 
+// One part in so many bonds may lead to images of nodes across the periodic boundary, and so be listed
+// from both ends, before the list has to be moved to make room
+static constexpr std::size_t SPARE = 16;
+
 /* ---------------------------------------------------------------------- */
 
 PeridemGeneral::PeridemGeneral(LAMMPS *lmp, CarefulRow _careful_row) :
@@ -52,6 +56,7 @@ void PeridemGeneral::init(FixPeridemBonds *_bonds, const std::vector<Law> &_laws
   bonds = _bonds;
   laws = _laws;
   kind = _kind;
+  layout = -1;
   breaks = both = viscous = false;
   horizon = 0.0;
   for (const auto &law : laws) {
@@ -66,8 +71,15 @@ void PeridemGeneral::init(FixPeridemBonds *_bonds, const std::vector<Law> &_laws
 
 void PeridemGeneral::build(const std::function<bool(int)> &here)
 {
-  find_members(here);
-  fill_rows();
+  if (still_holds(here)) {
+    slot.resize(atom->nlocal + atom->nghost, -1);
+    close_gaps();
+  } else {
+    enter_rows(here);
+    fill_rows();
+    fill_strengths();
+    layout = bonds->layout;
+  }
   const std::size_t count = members.size();
   x.assign(count, Node());
   v.assign(viscous ? count : 0, Node());
@@ -76,6 +88,54 @@ void PeridemGeneral::build(const std::function<bool(int)> &here)
   has_news.assign(count, 0);
   for (int n = WIDTH; n < WIDTH + rows; n++) set_known(n);
   broken_seen = bonds->broken.size();
+}
+
+/* ----------------------------------------------------------------------
+   are all nodes where they were, are those computed here that were, and is every bond known that
+   broke? nodes that lost their last bond may stay
+------------------------------------------------------------------------- */
+
+bool PeridemGeneral::still_holds(const std::function<bool(int)> &here) const
+{
+  if (layout != bonds->layout) return false;
+  std::size_t now = 0;
+  for (int i = 0; i < atom->nlocal; i++) {
+    const bool had = slot[i] >= WIDTH && slot[i] < WIDTH + rows;
+    if (had && bonds->num[i] == 0) continue;
+    if (had != here(i)) return false;
+    if (had) now += bonds->num[i];
+  }
+  return now == held;
+}
+
+/* ----------------------------------------------------------------------
+   what a new list would have where bonds broke since
+------------------------------------------------------------------------- */
+
+void PeridemGeneral::close_gaps()
+{
+  if (!gaps) return;
+  std::size_t at = 0, begin = 0;
+  for (int n = 0; n < rows; n++) {
+    const auto end = first[n + 1];
+    for (auto k = begin; k < end; k++) {
+      if (length[k] == GONE) continue;
+      partner[at] = partner[k];
+      length[at] = length[k];
+      strength[at++] = strength[k];
+    }
+    for (int lane = 0; at % WIDTH; at++) {
+      partner[at] = lane++;
+      length[at] = GONE;
+      strength[at] = 0.0;
+    }
+    first[n + 1] = at;
+    begin = end;
+  }
+  partner.resize(at);
+  length.resize(at);
+  strength.resize(at);
+  gaps = false;
 }
 
 /* ----------------------------------------------------------------------
@@ -111,62 +171,83 @@ std::vector<int> PeridemGeneral::in_order(const std::function<bool(int)> &here) 
 
 /* ---------------------------------------------------------------------- */
 
-void PeridemGeneral::find_members(const std::function<bool(int)> &here)
+void PeridemGeneral::enter(int i)
+{
+  slot[i] = static_cast<int>(members.size());
+  members.push_back(i);
+}
+
+/* ---------------------------------------------------------------------- */
+
+void PeridemGeneral::enter_rows(const std::function<bool(int)> &here)
 {
   slot.assign(atom->nlocal + atom->nghost, -1);
   members.assign(WIDTH, -1);
-  auto enter = [this](int i) {
-    slot[i] = static_cast<int>(members.size());
-    members.push_back(i);
-  };
   for (const int i : in_order(here)) enter(i);
   rows = static_cast<int>(members.size()) - WIDTH;
-  for (int n = WIDTH; n < WIDTH + rows; n++) {
-    const auto begin = bonds->start[members[n]], end = begin + bonds->num[members[n]];
-    for (auto k = begin; k < end; k++)
-      if (slot[bonds->partner[k]] < 0) enter(bonds->partner[k]);
-  }
 }
 
-/* ---------------------------------------------------------------------- */
+/* ----------------------------------------------------------------------
+   Place for the bonds of all rows, each of them once. What is not used of it costs no memory until
+   it is touched; how much is used is known only when all partners have been looked up.
+------------------------------------------------------------------------- */
 
-bool PeridemGeneral::other_row_has(int n, int j) const
+void PeridemGeneral::reserve_list()
 {
-  return slot[j] < n;    // nodes without a row have higher numbers than those with one
+  held = 0;
+  gaps = false;
+  for (int n = WIDTH; n < WIDTH + rows; n++) held += bonds->num[members[n]];
+  const std::size_t most = (held + held / SPARE + bonds->ghost_bonds) / 2 + rows * WIDTH;
+  partner.clear();
+  length.clear();
+  partner.reserve(most);
+  length.reserve(most);
 }
 
-/* ---------------------------------------------------------------------- */
+/* ----------------------------------------------------------------------
+   a bond is in the row of the lower node: those without a row have higher numbers than those with one
+------------------------------------------------------------------------- */
 
 void PeridemGeneral::fill_rows()
 {
+  reserve_list();
   first.assign(1, 0);
+  const PeridemLookup find(atom);
   for (int n = WIDTH; n < WIDTH + rows; n++) {
-    const auto begin = bonds->start[members[n]], end = begin + bonds->num[members[n]];
-    std::size_t count = 0;
-    for (auto k = begin; k < end; k++) count += !other_row_has(n, bonds->partner[k]);
-    first.push_back(first.back() + (count + WIDTH - 1) / WIDTH * WIDTH);
-  }
-  std::vector<int>(first.back()).swap(partner);    // no memory but what is needed
-  std::vector<double>(first.back(), GONE).swap(length);
-  std::vector<double>(first.back(), 0.0).swap(strength);
-  for (int n = WIDTH; n < WIDTH + rows; n++) {
-    const auto begin = bonds->start[members[n]], end = begin + bonds->num[members[n]];
-    auto at = first[n - WIDTH];
-    for (auto k = begin; k < end; k++) {
-      if (other_row_has(n, bonds->partner[k])) continue;
-      partner[at] = slot[bonds->partner[k]];
-      length[at] = bonds->length[k];
-      strength[at++] = strength_of(k);
+    const int i = members[n];
+    for (auto k = bonds->start[i]; k < bonds->start[i] + bonds->num[i]; k++) {
+      const int j = bonds->nearest(i, find(bonds->ptag[k]));
+      if (slot[j] < 0) enter(j);
+      if (slot[j] < n) continue;
+      partner.push_back(slot[j]);
+      length.push_back(bonds->length[k]);
     }
-    for (int lane = 0; at < first[n - WIDTH + 1]; at++) partner[at] = lane++;
+    for (int lane = 0; partner.size() % WIDTH; lane++) {
+      partner.push_back(lane);
+      length.push_back(GONE);
+    }
+    first.push_back(partner.size());
   }
 }
 
 /* ---------------------------------------------------------------------- */
 
-double PeridemGeneral::strength_of(bigint k) const
+void PeridemGeneral::fill_strengths()
 {
-  return kind == WEIGHT ? bonds->weight[k] : bonds->weight[k] / bonds->length[k];
+  if (strength.capacity() < first.back())
+    std::vector<double>().swap(strength);    // the old goes first
+  strength.assign(first.back(), 0.0);
+  for (int n = WIDTH; n < WIDTH + rows; n++)
+    for (auto k = first[n - WIDTH]; k < first[n - WIDTH + 1]; k++)
+      if (length[k] != GONE) strength[k] = strength_of(members[n], members[partner[k]], length[k]);
+}
+
+/* ---------------------------------------------------------------------- */
+
+double PeridemGeneral::strength_of(int i, int j, double R) const
+{
+  const double weight = bonds->bond_weight(i, j, R);
+  return kind == WEIGHT ? weight : weight / R;
 }
 
 /* ----------------------------------------------------------------------
@@ -178,6 +259,7 @@ void PeridemGeneral::drop_broken()
   for (; broken_seen < bonds->broken.size(); broken_seen++) {
     const auto &bond = bonds->broken[broken_seen];
     const int n = slot[bond.i], m = slot[bond.j];
+    if (n >= WIDTH && n < WIDTH + rows) held--;
     if (n >= 0 && m >= 0 && !drop_bond(n, m)) drop_bond(m, n);
   }
 }
@@ -191,6 +273,7 @@ bool PeridemGeneral::drop_bond(int n, int m)
     if (partner[k] == m) {
       length[k] = GONE;
       strength[k] = 0.0;
+      gaps = true;
       return true;
     }
   return false;
@@ -361,7 +444,7 @@ Node PeridemGeneral::first_sums(int i, const double *stiffness, const double *da
   Node found{};
   const double *const xi = atom->x[i], *const vi = atom->v[i];
   for (auto k = bonds->start[i]; k < bonds->start[i] + bonds->num[i]; k++) {
-    const int j = bonds->partner[k];
+    const int j = bonds->partner(i, k);
     const double *const xj = atom->x[j], *const vj = atom->v[j];
     double d[3], square = PeridemGeneralKernel::TINY, rate = 0.0;
     for (int m = 0; m < 3; m++) {
@@ -369,11 +452,12 @@ Node PeridemGeneral::first_sums(int i, const double *stiffness, const double *da
       square += d[m] * d[m];
       rate += viscous ? (vj[m] - vi[m]) * d[m] : 0.0;
     }
-    const double r = std::sqrt(square), q = strength_of(k), e = r - bonds->length[k];
+    const double R = bonds->length[k], q = strength_of(i, j, R);
+    const double r = std::sqrt(square), e = r - R;
     double pull = (stiffness[i] + stiffness[j]) * e;
     if (viscous) pull += (dashpot[i] + dashpot[j]) * rate / r;
     for (int m = 0; m < 3; m++) found.v[m] += q * pull / r * d[m];
-    found.v[3] += q * bonds->length[k] * e;
+    found.v[3] += q * R * e;
   }
   return found;
 }
@@ -383,8 +467,8 @@ Node PeridemGeneral::first_sums(int i, const double *stiffness, const double *da
 double PeridemGeneral::memory_usage() const
 {
   return static_cast<double>(
-      (members.capacity() + slot.capacity() + partner.capacity() + news.capacity()) * sizeof(int) +
+      (members.capacity() + slot.capacity() + partner.size() + news.capacity()) * sizeof(int) +
       first.capacity() * sizeof(std::size_t) +
-      (length.capacity() + strength.capacity() + known.capacity()) * sizeof(double) +
+      (length.size() + strength.size() + known.capacity()) * sizeof(double) +
       (x.capacity() + v.capacity() + sums.capacity()) * sizeof(Node));
 }

@@ -72,6 +72,9 @@ class PeridemGeneral : protected Pointers {
   bool breaks{false}, both{false}, viscous{false};
   double horizon{0.0};           // the longest
   std::size_t broken_seen{0};    // entries of bonds->broken that the list knows
+  bigint layout{-1};             // of the bonds, that the list was made for
+  std::size_t held{0};           // bonds that its nodes had since, seen from each of them
+  bool gaps{false};              // did one of them break?
 
   // nodes of the list: those that are computed here, then others at the end of their bonds.  The
   // first WIDTH are none (see the kernel)
@@ -90,11 +93,15 @@ class PeridemGeneral : protected Pointers {
   std::vector<int> news;         // nodes that are stretched more than ever, in the present pass
   std::vector<char> has_news;    // per node: is it one of them?
 
+  bool still_holds(const std::function<bool(int)> &here) const;
+  void close_gaps();
   std::vector<int> in_order(const std::function<bool(int)> &here) const;
-  void find_members(const std::function<bool(int)> &here);
-  bool other_row_has(int n, int j) const;
+  void enter(int i);
+  void enter_rows(const std::function<bool(int)> &here);
+  void reserve_list();
   void fill_rows();
-  double strength_of(bigint k) const;
+  void fill_strengths();
+  double strength_of(int i, int j, double R) const;
   void set_known(int n);
   void gather(const double *stiffness, const double *dashpot);
   template <bool VISCOUS> void extend();

@@ -62,7 +62,7 @@ template <class Visit> void PeridemPieces::for_partners(int i, Visit visit) cons
 {
   if (!bonds) return;
   for (bigint k = bonds->start[i]; k < bonds->start[i] + bonds->num[i]; k++)
-    visit(bonds->partner[k]);
+    visit(atom->map(bonds->ptag[k]));
 }
 
 /* ----------------------------------------------------------------------

@@ -76,7 +76,7 @@ void PeridemRows::copy_row(int i, int j)
 
 /* ---------------------------------------------------------------------- */
 
-int PeridemRows::pack_row(int i, double *buf, bool with_weights) const
+int PeridemRows::pack_row(int i, double *buf) const
 {
   int m = 0;
   buf[m++] = ubuf(num[i]).d;
@@ -88,14 +88,13 @@ int PeridemRows::pack_row(int i, double *buf, bool with_weights) const
   for (bigint k = start[i]; k < start[i] + num[i]; k++) {
     buf[m++] = ubuf(ptag[k]).d;
     buf[m++] = length[k];
-    if (with_weights) buf[m++] = weight[k];
   }
   return m;
 }
 
 /* ---------------------------------------------------------------------- */
 
-int PeridemRows::unpack_row(int i, const double *buf, bool with_weights)
+int PeridemRows::unpack_row(int i, const double *buf)
 {
   int m = 0;
   num[i] = (int) ubuf(buf[m++]).i;
@@ -104,35 +103,36 @@ int PeridemRows::unpack_row(int i, const double *buf, bool with_weights)
   famvolume[i] = buf[m++];
   maxstretch[i] = buf[m++];
   known_id[i] = (tagint) ubuf(buf[m++]).i;
+  drop_stored();
   start[i] = static_cast<bigint>(ptag.size());
   for (int k = 0; k < num[i]; k++) {
     const auto tag = (tagint) ubuf(buf[m++]).i;
-    const double R = buf[m++];
-    append(tag, R, with_weights ? buf[m++] : 0.0);
+    append(tag, buf[m++]);
   }
   return m;
 }
 
 /* ---------------------------------------------------------------------- */
 
-void PeridemRows::append(tagint tag, double R, double w)
+void PeridemRows::append(tagint tag, double R)
 {
   ptag.push_back(tag);
   length.push_back(R);
-  weight.push_back(w);
-  partner.push_back(-1);
 }
 
 /* ---------------------------------------------------------------------- */
 
 void PeridemRows::erase_bond(int i, bigint k)
 {
-  const bigint last = start[i] + num[i] - 1;
-  for (bigint m = k; m < last; m++) {
-    ptag[m] = ptag[m + 1];
-    partner[m] = partner[m + 1];
-    length[m] = length[m + 1];
-    weight[m] = weight[m + 1];
+  const bigint end = start[i] + num[i];
+  auto shift = [k, end](auto &list) {
+    std::copy(list.begin() + k + 1, list.begin() + end, list.begin() + k);
+  };
+  shift(ptag);
+  shift(length);
+  if (!partners.empty()) {
+    shift(partners);
+    shift(weights);
   }
   num[i]--;
 }
@@ -158,12 +158,18 @@ void PeridemRows::reserve_pool(std::size_t more)
 
 /* ---------------------------------------------------------------------- */
 
-void PeridemRows::fill_pool()
+void PeridemRows::make_room_for_stored()
 {
-  weight.reserve(ptag.size());
-  partner.reserve(ptag.size());
-  weight.resize(ptag.size(), 0.0);
-  partner.resize(ptag.size(), -1);
+  partners.resize(ptag.size(), -1);
+  weights.resize(ptag.size(), 0.0);
+}
+
+/* ---------------------------------------------------------------------- */
+
+void PeridemRows::drop_stored()
+{
+  partners.clear();
+  weights.clear();
 }
 
 /* ---------------------------------------------------------------------- */
@@ -178,7 +184,7 @@ int PeridemRows::longest_row(int nlocal) const
    Both cost whoever passes over all rows, and moving them costs as much as some passes.
 ------------------------------------------------------------------------- */
 
-bool PeridemRows::order_pool(int nlocal)
+void PeridemRows::order_pool(int nlocal)
 {
   bigint total = 0, end = 0, strays = 0;
   for (int i = 0; i < nlocal; i++) {
@@ -190,19 +196,17 @@ bool PeridemRows::order_pool(int nlocal)
   const auto size = static_cast<bigint>(ptag.size());
   if (static_cast<double>(size - total) <= MOST_GAPS * static_cast<double>(total) &&
       static_cast<double>(strays) <= MOST_STRAYS * nlocal)
-    return false;
+    return;
 
-  // one after the other: a second copy of one of them, not of all
+  // one after the other: a second copy of one of them, not of both
   copy_rows(ptag, nlocal, total);
   copy_rows(length, nlocal, total);
-  copy_rows(weight, nlocal, total);
-  std::vector<int>(total, -1).swap(partner);
+  drop_stored();
   bigint at = 0;
   for (int i = 0; i < nlocal; i++) {
     start[i] = at;
     at += std::max(num[i], 0);
   }
-  return true;
 }
 
 /* ---------------------------------------------------------------------- */
@@ -223,7 +227,7 @@ double PeridemRows::pool_bytes(int nmax) const
   double bytes = static_cast<double>(nmax) *
       (sizeof(bigint) + 2 * sizeof(int) + 3 * sizeof(double) + sizeof(tagint));
   bytes += static_cast<double>(ptag.capacity()) * sizeof(tagint);
-  bytes += static_cast<double>(partner.capacity()) * sizeof(int);
-  bytes += static_cast<double>(length.capacity() + weight.capacity()) * sizeof(double);
+  bytes += static_cast<double>(partners.capacity()) * sizeof(int);
+  bytes += static_cast<double>(length.capacity() + weights.capacity()) * sizeof(double);
   return bytes;
 }

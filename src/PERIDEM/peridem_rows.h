@@ -13,6 +13,9 @@
 // i are start[i] <= k < start[i] + num[i].  A broken bond is taken out of its row and leaves a gap,
 // and so do nodes that leave; the pool is put in order when that is worth while.  Rows are sorted
 // by the partner's ID, so that sums do not depend on how nodes are spread over processors.
+//
+// Bonds are most of what a run holds in memory, so of each there is only what does not follow from
+// anything else: the ID of the partner and the length.
 
 #ifndef LMP_PERIDEM_ROWS_H
 #define LMP_PERIDEM_ROWS_H
@@ -25,12 +28,15 @@ namespace LAMMPS_NS {
 
 class PeridemRows {
  public:
-  // ---- the pool; local indices are those of the last reneighbouring
+  // ---- the pool
 
-  std::vector<int> partner;      // local index of the other node
-  std::vector<double> length;    // reference length R
-  std::vector<double> weight;    // w v_ij V_i V_j, the same from both ends
   std::vector<tagint> ptag;      // ID of the other node
+  std::vector<double> length;    // reference length R
+
+  // what follows from these, for solids that read rows in every step; else, and while nodes migrate,
+  // there is none
+  std::vector<int> partners;      // local index of the other node
+  std::vector<double> weights;    // w v_ij V_i V_j
 
   // ---- per node
 
@@ -48,8 +54,8 @@ class PeridemRows {
   void erase_bond(int i, bigint k);
 
  protected:
-  // numbers that a node packs into, and those of each of its bonds, with and without its weight
-  static constexpr int NODE = 6, BOND = 3, BOND_WITHOUT = 2;
+  // numbers that a node packs into, and those of each of its bonds
+  static constexpr int NODE = 6, BOND = 2;
 
   explicit PeridemRows(class Memory *_storage) : storage(_storage) {}
   ~PeridemRows();
@@ -59,16 +65,18 @@ class PeridemRows {
   void grow_rows(int nmax);
   void empty_row(int i);
   void copy_row(int i, int j);
-  int pack_row(int i, double *buf, bool with_weights) const;
-  int unpack_row(int i, const double *buf, bool with_weights);    // weights are 0 if there are none
-  void append(tagint tag, double R, double w);
-
-  // tags and lengths of that many bonds may be appended before fill_pool(), and then have no weights
+  int pack_row(int i, double *buf) const;
+  int unpack_row(int i, const double *buf);
+  void append(tagint tag, double R);
   void reserve_pool(std::size_t more);
-  void fill_pool();
+
+  // partners and weights
+  void make_room_for_stored();
+  void drop_stored();
+
   int longest_row(int nlocal) const;
-  // rows as the nodes stand, if too many are not, or if there are too many gaps; did rows move?
-  bool order_pool(int nlocal);
+  // rows as the nodes stand, if too many are not, or if there are too many gaps
+  void order_pool(int nlocal);
   double pool_bytes(int nmax) const;
 
  private:

@@ -1,8 +1,9 @@
-"""What a directed bond costs in instructions: a slower kernel shows, however busy the machine is.
+"""What bonds and restitution cost in instructions: slower loops show, however busy the machine is.
 
 valgrind counts; it knows no AVX-512, so the program is the own build for any processor (SSE2) that
 ``test_own_lammps.py`` makes.  The difference of two lengths of a run is what its steps cost, set-up
-left out; per directed bond, so integration, forces cleared and lists checked are in it.
+left out; per directed bond, so integration, forces cleared and lists checked are in it.  Restitution
+is what the same scene takes more with it.
 """
 
 from __future__ import annotations
@@ -78,3 +79,30 @@ def test_instructions_per_directed_bond(what: str, lmp: Path, tmp_path: Path) ->
     (short, bonds), (long, _) = (_counted(lmp, script(steps), tmp_path) for steps in (SHORT, LONG))
     each = (long - short) / ((LONG - SHORT) * bonds)
     assert STALE * COUNTS[what] < each < ROOM * COUNTS[what]
+
+
+def _contacts(data: Path, steps: int, words: str) -> str:
+    """Grains that touch, with a step of one length whatever contacts would allow."""
+    fixed = "unfix step\ntimestep 1e-8"
+    return scripts.compression(data, steps, "batched", contact=f"friction 0.3 {words}", extra=fixed)
+
+
+# instructions per node and step that restitution takes: 16 discs and hexagons in rows, each touching its
+# neighbours, of a hundred nodes each; on the same terms as those above
+RESTITUTION = 65.0
+
+
+@pytest.mark.slow
+def test_instructions_of_restitution(lmp: Path, tmp_path: Path) -> None:
+    data = scripts.packed_grains(16, tmp_path)
+    nodes = int(data.read_text().splitlines()[2].split()[0])
+
+    def step(words: str) -> float:
+        (short, _), (long, _) = (
+            _counted(lmp, _contacts(data, steps, words), tmp_path) for steps in (SHORT, LONG)
+        )
+        return (long - short) / ((LONG - SHORT) * nodes)
+
+    more = step("restitution 0.9") - step("")
+    # far below, no grains touch, or the count is to be lowered
+    assert STALE * RESTITUTION < more < ROOM * RESTITUTION

@@ -64,8 +64,10 @@ def test_the_parts_of_a_scene_add_up(measured: Path) -> None:
 def test_memory_is_that_of_lammps_alone(measured: Path) -> None:
     """A block has 105 directed bonds per node here; each is a few numbers."""
     for row in _rows(measured, "memory"):
-        # an index at least; peri/lps takes some 40 bytes, lists and what families grew from 200
-        assert 4 < float(row["for each directed bond"]) < 200, row
+        # an index at least; at these sizes peri/lps takes some 40 bytes; ours 29, and 12 more if
+        # families held what follows from their lengths
+        most = 35 if row["style"].startswith("peridem") else 60
+        assert 4 < float(row["for each directed bond"]) < most, row
         all_in = float(row["of them for the node itself"])
         all_in += float(row["directed bonds per node"]) * float(row["for each directed bond"])
         # a line through two points: both lie on it, but for the four digits of the file
