@@ -2,8 +2,8 @@
 
 valgrind counts; it knows no AVX-512, so the program is the own build for any processor (SSE2) that
 ``test_own_lammps.py`` makes.  The difference of two lengths of a run is what its steps cost, set-up
-left out; per directed bond, so integration, forces cleared and lists checked are in it.  Restitution
-is what the same scene takes more with it.
+left out; per directed bond, so integration, forces cleared and lists checked are in it.
+Restitution is what the same scene takes more with it.
 """
 
 from __future__ import annotations
@@ -87,8 +87,8 @@ def _contacts(data: Path, steps: int, words: str) -> str:
     return scripts.compression(data, steps, "batched", contact=f"friction 0.3 {words}", extra=fixed)
 
 
-# instructions per node and step that restitution takes: 16 discs and hexagons in rows, each touching its
-# neighbours, of a hundred nodes each; on the same terms as those above
+# instructions per node and step that restitution takes: 16 discs and hexagons in rows, each
+# touching its neighbours, of a hundred nodes each; on the same terms as those above
 RESTITUTION = 65.0
 
 

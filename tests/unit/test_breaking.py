@@ -156,7 +156,7 @@ def test_both_ends_lose_the_bond_together_in_a_tumbling_grain(simulation, rng):
 
 @pytest.mark.parametrize("dimension", [2, 3])
 def test_lists_kept_over_reneighbourings_are_those_made_anew(dimension, simulation):
-    """While bonds break and neighbour lists are renewed, the engine keeps its own and closes gaps."""
+    """While bonds break and neighbour lists are renewed, the engine closes gaps in its own."""
     solid = replace(PAIR, horizon=2.3, s0=0.06, dimension=dimension)
     x = disc(5.5) if dimension == 2 else lattice((6, 6, 6))
     v = np.zeros_like(x)
