@@ -42,13 +42,16 @@ namespace PeridemBatchKernel {
   struct FullBonds : Bonds {
     const Pack *inverses, *strengths;    // 1/R and q
 
+    // tells which grains have the bond; read once, as numbers that are written might be it
+    using Has = Lanes;
+    Has has(int k) const { return inverses[k].v; }
     Lanes inverse(int k) const { return inverses[k].v; }
     Lanes strength(int k) const { return strengths[k].v; }
     // top, which is not below 0, or how far the bond is stretched, if that is more
-    template <bool BOTH> Lanes raise(Lanes top, int k, Lanes s) const
+    template <bool BOTH> static Lanes raise(Lanes top, Has has, Lanes s)
     {
       const Lanes zero = {};    // without the bond s = -1
-      if (BOTH) s = inverses[k].v > zero ? PeridemSimd::larger(s, -s) : zero;
+      if (BOTH) s = has > zero ? PeridemSimd::larger(s, -s) : zero;
       return PeridemSimd::larger(s, top);
     }
     void ask_for(int k) const
@@ -65,6 +68,8 @@ namespace PeridemBatchKernel {
     const float *rests;                  // what 1/R of each grain has more
     const unsigned char *here;
 
+    using Has = unsigned char;
+    Has has(int k) const { return here[k]; }
     Lanes inverse(int k) const
     {
       return PeridemSimd::widen(rests + k * PeridemSimd::WIDTH) + common[k];
@@ -73,14 +78,15 @@ namespace PeridemBatchKernel {
     {
       return PeridemSimd::only(here[k], PeridemSimd::all(strengths[k]));
     }
-    template <bool BOTH> Lanes raise(Lanes top, int k, Lanes s) const
+    template <bool BOTH> static Lanes raise(Lanes top, Has has, Lanes s)
     {
-      return PeridemSimd::larger_where(here[k], top, BOTH ? PeridemSimd::larger(s, -s) : s);
+      return PeridemSimd::larger_where(has, top, BOTH ? PeridemSimd::larger(s, -s) : s);
     }
     void ask_for(int k) const { PeridemSimd::expect(rests + (k + AHEAD) * PeridemSimd::WIDTH); }
   };
 
-  template <int DIM> inline Lanes separation(const Pack *x, int j, const Lanes *xn, Lanes *d)
+  template <int DIM>
+  inline Lanes separation(const Pack *x, std::size_t j, const Lanes *xn, Lanes *d)
   {
     Lanes square = PeridemSimd::all(TINY);
     for (int m = 0; m < DIM; m++) {
@@ -108,9 +114,10 @@ namespace PeridemBatchKernel {
       Lanes mysum = sum[n].v, mytop = top[n].v;
       for (int k = bonds.first[n]; k < bonds.first[n + 1]; k++) {
         bonds.ask_for(k);
-        const int j = bonds.partner[k];
+        const std::size_t j = bonds.partner[k];
         const Lanes square = separation<DIM>(x, j, xn, d);
         const Lanes inverse = bonds.inverse(k), q = bonds.strength(k);
+        const auto has = bonds.has(k);
         const Lanes both = KEEP ? inverse * PeridemSimd::inverse_root(square) : Lanes{};
         const Lanes s = (KEEP ? square * both : PeridemSimd::root(square) * inverse) - 1.0;
         const Lanes part = q * s;
@@ -121,8 +128,8 @@ namespace PeridemBatchKernel {
           found[k].stretch.v = s;
         }
         if (BREAKS) {
-          mytop = bonds.template raise<BOTH>(mytop, k, s);
-          top[j].v = bonds.template raise<BOTH>(top[j].v, k, s);
+          mytop = AnyBonds::template raise<BOTH>(mytop, has, s);
+          top[j].v = AnyBonds::template raise<BOTH>(top[j].v, has, s);
         }
       }
       sum[n].v = mysum;
@@ -138,7 +145,7 @@ namespace PeridemBatchKernel {
       Lanes xn[DIM], d[DIM];
       for (int m = 0; m < DIM; m++) xn[m] = x[DIM * n + m].v;
       for (int k = bonds.first[n]; k < bonds.first[n + 1]; k++) {
-        const int j = bonds.partner[k];
+        const std::size_t j = bonds.partner[k];
         Lanes inverse_r = PeridemSimd::inverse_root(separation<DIM>(x, j, xn, d)), along = {};
         for (int m = 0; m < DIM; m++) along += (u[DIM * j + m].v - u[DIM * n + m].v) * d[m];
         const Lanes q = bonds.strength(k), both = bonds.inverse(k) * inverse_r, s = along * both;
@@ -179,7 +186,7 @@ namespace PeridemBatchKernel {
       const Lanes an = a[n].v, bn = b[n].v;
       if (VISCOUS) gn = g[n].v;
       for (int k = bonds.first[n]; k < bonds.first[n + 1]; k++) {
-        const int j = bonds.partner[k];
+        const std::size_t j = bonds.partner[k];
         const Lanes r = PeridemSimd::root(separation<DIM>(x, j, xn, d), inverse_r);
         const Lanes inverse = bonds.inverse(k);
         const Lanes q = bonds.strength(k), s = r * inverse - 1.0, bb = bn + b[j].v;
@@ -213,7 +220,7 @@ namespace PeridemBatchKernel {
       }
       const Lanes an = a[n].v, bn = b[n].v;
       for (int k = bonds.first[n]; k < bonds.first[n + 1]; k++) {
-        const int j = bonds.partner[k];
+        const std::size_t j = bonds.partner[k];
         for (int m = 0; m < DIM; m++) d[m] = x[DIM * j + m].v - xn[m];
         const Lanes s = found[k].stretch.v, bb = bn + b[j].v;
         const Lanes t = found[k].pull.v * ((an + a[j].v) + bb * s);

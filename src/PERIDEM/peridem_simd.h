@@ -47,7 +47,13 @@ namespace PeridemSimd {
 
   inline Lanes all(double value)
   {
+#if defined(__AVX512F__)
+    return (Lanes) _mm512_set1_pd(value);
+#elif defined(__AVX__)
+    return (Lanes) _mm256_set1_pd(value);
+#else
     return Lanes{} + value;
+#endif
   }
 
   // four numbers of a node, moved as one
