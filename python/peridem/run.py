@@ -462,7 +462,7 @@ def _watch(
                 raise RunError(f"LAMMPS did not stop within {grace:g} s and was ended")
             time.sleep(0.1)
         stopped = asked_at is not None or (job.folder / STOP).exists()  # or by hand
-        shown.show(follower.update(), "stopped" if stopped else "done")
+        shown.end(follower.update(), "stopped" if stopped else "ended")
     wall_time = time.monotonic() - begin
     return RunReport(follower.state.step, wall_time, stopped, (requests or [0])[0])
 

@@ -107,6 +107,14 @@ class Bar:
         text = ", ".join(part for part in (word, step, str(state)) if part)
         self._progress.update(self._task, completed=done, text=text)
 
+    def end(self, state: State, word: str) -> None:
+        """The last word, and the time that it took in place of the time left."""
+        self.show(state, word)
+        self._progress.stop_task(self._task)
+        (task,) = self._progress.tasks
+        task.finished_time = task.elapsed
+        self._progress.update(self._task, clock="taken")
+
 
 @contextmanager
 def bar(
@@ -123,13 +131,15 @@ def bar(
     columns = (
         BarColumn(bar_width=10),
         TextColumn("{task.fields[text]}", table_column=Column(no_wrap=True)),
-        TimeLeftColumn(table_column=Column(no_wrap=True, min_width=7)),
-        TextColumn("left"),
+        TimeLeftColumn(table_column=Column(no_wrap=True, min_width=7), elapsed_when_finished=True),
+        TextColumn("{task.fields[clock]}"),
     )
     console = Console(file=sys.stderr)
     with Progress(*columns, console=console, disable=quiet, refresh_per_second=4) as progress:
         by_time = end_time is not None
         total = end_time if by_time else steps
         start = 0 if by_time else begin
-        task = progress.add_task("running", total=total, completed=start, text="starting")
+        task = progress.add_task(
+            "running", total=total, completed=start, text="starting", clock="left"
+        )
         yield Bar(progress, task, steps, by_time)

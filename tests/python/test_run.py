@@ -11,7 +11,7 @@ import time
 import numpy as np
 import pytest
 import scenes
-from peridem import results, run, run_failure, run_script, scene
+from peridem import results, run, run_failure, run_progress, run_script, scene
 
 REFUSED = """\
 # a script with a mistake
@@ -43,6 +43,17 @@ def test_scene_goes_through_lammps_and_comes_back(tmp_path, lmp):
     assert len(averages["TimeStep"]) == pytest.approx(made.records, abs=2)
     assert (tmp_path / scene.RESTART).is_file()
     assert not (tmp_path / "screen.txt").exists()
+
+
+@pytest.mark.parametrize(("end_time", "done"), [(None, 40), (2e-4, 40), (None, 100)])
+def test_the_line_of_progress_ends_with_the_time_taken(end_time, done, capsys):
+    """Also where a run ends before its bar does: halted, stopped."""
+    state = run_progress.State(step=done, time=1e-6 * done, broken=3)
+    with run_progress.bar(100, quiet=False, end_time=end_time) as shown:
+        shown.show(state)
+        shown.end(state, "ended")
+    last = capsys.readouterr().err.splitlines()[-1]
+    assert f"ended, step {done}" in last and "3 broken 0:00:00 taken" in last
 
 
 def test_grains_without_walls_fall_freely(tmp_path, lmp):
