@@ -45,6 +45,7 @@ __all__ = [
 Array = NDArray[np.float64]
 
 WIDTH = 11.0  # inches of a picture of several frames
+SLIMMEST = 100.0  # length over width of what fits into a picture
 
 
 def grains_png(
@@ -73,7 +74,7 @@ def grains_png(
         camera: of a 3D scene.
 
     Raises:
-        ValueError: no such frame, or forces asked for in 3D.
+        ValueError: no such frame, nodes that have flown far away, or forces asked for in 3D.
         KeyError: no such field.
     """
     from matplotlib.figure import Figure as NewFigure
@@ -211,6 +212,11 @@ class _Panel:
             self._view = render_2d.view(output, frames)
             x_low, x_high, y_low, y_high = self._view
             self.aspect = (y_high - y_low) / (x_high - x_low)
+            if not 1.0 / SLIMMEST < self.aspect < SLIMMEST:
+                raise ValueError(
+                    f"the nodes of these frames reach from x = {x_low:.3g} to {x_high:.3g} and y = "
+                    f"{y_low:.3g} to {y_high:.3g}, which is no picture: has something flown away?"
+                )
         else:
             self._bounds = render_3d.bounds_of(output, frames)
             self.aspect = 1.0

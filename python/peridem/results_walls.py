@@ -25,7 +25,7 @@ def wall_stress(folder: str | Path, wall: str | None = None) -> tuple[Array, Arr
         wall: its name; None: the only one that moves.
 
     Raises:
-        ValueError: no such wall, or no pairs of walls across it.
+        ValueError: no such wall, no record of it, or no pairs of walls across it.
     """
     output = Output(folder)
     walls = {placed.name: placed for placed in output.walls(0.0)}
@@ -37,7 +37,10 @@ def wall_stress(folder: str | Path, wall: str | None = None) -> tuple[Array, Arr
     if wall not in moving:
         raise ValueError(f"no moving wall '{wall}'; there are {', '.join(moving) or 'none'}")
     area = _area(output, wall)
-    record = averages(output.folder / WALLS)
+    path = output.folder / WALLS
+    if not path.is_file():
+        raise ValueError(f"no file {path}: scripts of scenes with walls that move write it")
+    record = averages(path)
     force = np.column_stack([record[f"f_{wall}[{k}]"] for k in range(1, output.dimension + 1)])
     return record[f"v_{wall}_travel"], -(force @ walls[wall].normal) / area
 

@@ -6,11 +6,11 @@ import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
+from datetime import timedelta
 from pathlib import Path
 
 from rich.console import Console
-from rich.progress import BarColumn, Progress, TaskID, TextColumn
-from rich.progress import TimeRemainingColumn as TimeLeftColumn
+from rich.progress import BarColumn, Progress, Task, TextColumn
 from rich.table import Column
 
 
@@ -95,7 +95,7 @@ class _Tail:
 class Bar:
     """The line on the screen."""
 
-    def __init__(self, progress: Progress, task: TaskID, steps: int | None, by_time: bool) -> None:
+    def __init__(self, progress: Progress, task: Task, steps: int | None, by_time: bool) -> None:
         self._progress, self._task, self._steps, self._by_time = progress, task, steps, by_time
 
     def show(self, state: State, word: str = "") -> None:
@@ -105,15 +105,15 @@ class Bar:
             step += f" of {self._steps:,}"
         done = (state.time or 0.0) if self._by_time else float(state.step)
         text = ", ".join(part for part in (word, step, str(state)) if part)
-        self._progress.update(self._task, completed=done, text=text)
+        left = self._task.time_remaining
+        clock = "" if left is None else f"{timedelta(seconds=int(left))} left"
+        self._progress.update(self._task.id, completed=done, text=text, clock=clock)
 
     def end(self, state: State, word: str) -> None:
         """The last word, and the time that it took in place of the time left."""
         self.show(state, word)
-        self._progress.stop_task(self._task)
-        (task,) = self._progress.tasks
-        task.finished_time = task.elapsed
-        self._progress.update(self._task, clock="taken")
+        taken = timedelta(seconds=int(self._task.elapsed or 0.0))
+        self._progress.update(self._task.id, clock=f"{taken} taken")
 
 
 @contextmanager
@@ -131,15 +131,12 @@ def bar(
     columns = (
         BarColumn(bar_width=10),
         TextColumn("{task.fields[text]}", table_column=Column(no_wrap=True)),
-        TimeLeftColumn(table_column=Column(no_wrap=True, min_width=7), elapsed_when_finished=True),
-        TextColumn("{task.fields[clock]}"),
+        TextColumn("{task.fields[clock]}", table_column=Column(no_wrap=True)),
     )
     console = Console(file=sys.stderr)
     with Progress(*columns, console=console, disable=quiet, refresh_per_second=4) as progress:
         by_time = end_time is not None
         total = end_time if by_time else steps
         start = 0 if by_time else begin
-        task = progress.add_task(
-            "running", total=total, completed=start, text="starting", clock="left"
-        )
-        yield Bar(progress, task, steps, by_time)
+        progress.add_task("", total=total, completed=start, text="starting", clock="")
+        yield Bar(progress, progress.tasks[0], steps, by_time)

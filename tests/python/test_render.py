@@ -150,6 +150,13 @@ def test_missing_and_foreign_files_are_refused(folder, tmp_path):
     scenes.write_dump(tmp_path / DUMP, [(0, rows_of(made)[:-1])], COLUMNS)
     with pytest.raises(ValueError, match="atoms at step 0"):
         render.Output(tmp_path).intact_cells(0)
+    with pytest.raises(ValueError, match=r"walls\.dat: scripts of scenes with walls"):
+        render.wall_stress(tmp_path)
+    away = rows_of(made)
+    away[3][4] = 100.0  # m, where the box is 2 mm wide
+    scenes.write_dump(tmp_path / DUMP, [(0, away)], COLUMNS)
+    with pytest.raises(ValueError, match="has something flown away"):
+        render.grains_png(tmp_path, tmp_path / "x.png")
 
 
 def test_colours_follow_the_field(folder, tmp_path):
