@@ -113,7 +113,8 @@ void FixPeridemTimestep::set_timestep()
 
   if (ruling != rules) {
     ruling = rules;
-    if (comm->me == 0)
+    // limits that are nearly alike take turns: each is named once
+    if (said.insert(rules).second && comm->me == 0)
       utils::logmesg(
           lmp,
           "PERIDEM: time step set to {:.4g}, {:.2g} of the largest stable one; {} limit it "

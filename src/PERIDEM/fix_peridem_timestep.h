@@ -21,6 +21,7 @@ FixStyle(peridem/timestep,FixPeridemTimestep);
 #include "fix.h"
 #include "peridem_stability.h"
 
+#include <set>
 #include <string>
 
 namespace LAMMPS_NS {
@@ -44,7 +45,8 @@ class FixPeridemTimestep : public Fix {
   double safety{0.8};
   PeridemStability stability;
   PeridemStability::Limits limits;
-  std::string ruling;
+  std::string ruling;            // what limits the step
+  std::set<std::string> said;    // that it did
 };
 
 }    // namespace LAMMPS_NS
