@@ -121,6 +121,21 @@ def formula(self: SphinxTranslator, node: nodes.math_block) -> None:
     raise nodes.SkipNode
 
 
+# ---- tables --------------------------------------------------------------------------------------
+
+
+def mark_tables(_app: Sphinx, page: nodes.document) -> None:
+    """Marks tables of many columns, and cells that hold one number, which browsers would break at
+    the sign of its exponent.
+    """
+    for group in page.findall(nodes.tgroup):
+        if group["cols"] > 8:
+            group.parent["classes"].append("wide")
+    for cell in page.findall(nodes.entry):
+        if re.fullmatch(r"([≤≥<>±] ?)?[-−]?[\d.]+(e[-+]?\d+)?( %)?", cell.astext().strip()):
+            cell["classes"].append("number")
+
+
 # ---- pages in plain Markdown ---------------------------------------------------------------------
 
 INCLUDE = r"(?m)^```\{include\} (\S+)\n```$"
@@ -174,5 +189,6 @@ def setup(app: Sphinx) -> None:
     app.add_lexer("LAMMPS", LammpsLexer)
     app.add_html_math_renderer("mathml", (inline_formula, None), (formula, None))
     app.connect("source-read", read_markdown)
+    app.connect("doctree-read", mark_tables)
     app.connect("autodoc-process-signature", readable)
     app.connect("missing-reference", lammps_page)
