@@ -947,10 +947,10 @@ double PairPeridemContact::largest_dashpot_ratio() const
     for (int j = 1; j <= ntypes; j++) {
       const auto &law = laws[index(i, j)];
       if (law.radius == 0.0 || extremes.largest[i] == 0.0 || extremes.largest[j] == 0.0) continue;
-      const double reduced = 1.0 / (1.0 / lightest(i) + 1.0 / lightest(j));
+      const double light = 1.0 / lightest(i) + 1.0 / lightest(j);    // 0 where both are held
       const double k = law.spring(extremes.smallest[i], extremes.smallest[j]);
       if (!(k > 0.0)) continue;    // volumes so small that there is no spring
-      largest = MAX(largest, std::sqrt(most) * law.dashpot() / (2.0 * std::sqrt(k * reduced)));
+      largest = MAX(largest, 0.5 * law.dashpot() * std::sqrt(most * light / k));
     }
   return largest;
 }
