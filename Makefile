@@ -74,20 +74,18 @@ linkcheck: build ## look up the addresses that the manual names (needs a network
 portable = -D PERIDEM_NATIVE=OFF -D LAMMPS_DIR=$(abspath $(tree)) \
   $(foreach package,PERI GRANULAR BPM MISC EXTRA-FIX EXTRA-COMPUTE EXTRA-PAIR EXTRA-DUMP OPENMP PLUGIN,-D PKG_$(package)=OFF)
 
-# Programs that do not start through the sanitizer's library, such as Python, must load it first. What
-# it says stands in report.*: tests that it stops take their process along.
-report = log_path=$(abspath $(SANITIZE))/report
+# Programs that do not start through the sanitizer's library, such as Python, must load it first. A
+# test that it stops takes its process along: pytest must not keep what is said on the screen.
 sanitize: build ## run unit, fuzz and parallel tests where wrong memory or undefined behaviour stops them (slow)
 	cmake -S . -B $(SANITIZE) -D PERIDEM_SANITIZE=ON $(portable)
 	cmake --build $(SANITIZE) --parallel $$(nproc)
-	rm -f $(SANITIZE)/report.*
 	PYTHONPATH=$(abspath $(tree))/python LD_LIBRARY_PATH=$(abspath $(SANITIZE)) \
 	  LAMMPS_LMP=$(abspath $(SANITIZE))/lmp PERIDEM_LMP=$(abspath $(SANITIZE))/lmp \
 	  LD_PRELOAD="$$(for name in asan ubsan stdc++; do $(CXX) -print-file-name=lib$$name.so; done | xargs)" \
-	  ASAN_OPTIONS=detect_leaks=0:suppressions=$(abspath tests/sanitize.supp):$(report) \
-	  UBSAN_OPTIONS=print_stacktrace=1:$(report) PERIDEM_TESTS_MUST_RUN=1 \
+	  ASAN_OPTIONS=detect_leaks=0:suppressions=$(abspath tests/sanitize.supp) \
+	  UBSAN_OPTIONS=print_stacktrace=1 PERIDEM_TESTS_MUST_RUN=1 \
 	  $(abspath $(python)) -m pytest tests/unit tests/fuzz tests/parallel -m 'not slow' \
-	  $(SIDE_BY_SIDE) $(PYTEST_ARGS) || { head -n 12 $(SANITIZE)/report.* || true; false; }
+	  --capture=sys $(SIDE_BY_SIDE) $(PYTEST_ARGS)
 
 memcheck: build ## run two small scenes on two ranks under valgrind (which must be there)
 	PERIDEM_TESTS_MUST_RUN=1 \
