@@ -38,7 +38,10 @@ def _folder(path: Path) -> list[str]:
         raise FileNotFoundError(f"no run in {path.resolve()}: neither in.* nor a dump")
     for script in scripts:
         lines += _script(script)
-    output = Output(path)
+    try:
+        output = Output(path)
+    except FileNotFoundError as missing:  # not run yet
+        return [*lines, str(missing)]
     lines += [f"title: {output.title}", *_dump(output.dump.path)]
     if output.attributes:
         lines.append(f"fields: {', '.join(output.fields())}")

@@ -308,6 +308,9 @@ def test_a_signal_stops_a_run_that_can_be_resumed(tmp_path, lmp, number):
 def test_info_tells_what_is_there(tmp_path, capsys):
     made = scenes.two_grains()
     made.write(tmp_path)
+    assert main(["info", str(tmp_path)]) == 0  # written, and not run yet
+    shown = capsys.readouterr().out.splitlines()
+    assert shown[0].startswith("script: in.grains") and shown[1].startswith("no dump file")
     cloud.mesh(shapes.circle(1e-3), 2e-4).write(tmp_path / "disc.msh")
     (tmp_path / "scene.py").write_text(SCENE)
     nodes = sum(len(grain.cloud.nodes) for grain in made.grains)
