@@ -23,6 +23,8 @@ if TYPE_CHECKING:
     from peridem.scene import Scene
 
 SKIN = 1.25  # of the smallest contact radius, as pair style peridem/contact has it
+LOOKS = 20  # at the walls, that one of their records has at least, where it has so many steps
+EVERY = 5  # steps between two looks at most: some in each vibration of a contact
 HALT_EVERY = 10  # steps between two looks at the time
 ROOM = 2  # steps allowed, over those that the first time step needs
 
@@ -436,9 +438,12 @@ def _averages(names: Sequence[str], record: int) -> list[str]:
 
     if not names:
         return []
+    # each look makes all ranks wait for each other, and LAMMPS sum up all energies in that step
+    each = min(EVERY, max(1, record // LOOKS))
+    looks = record // each
     return [
-        f"# forces on the walls, averaged over {record} steps",
-        f"fix walls all ave/time 1 {record} {record} {' '.join(names)} "
+        f"# forces on the walls, averaged over {looks} looks in {looks * each} steps",
+        f"fix walls all ave/time {each} {looks} {looks * each} {' '.join(names)} "
         f'file {WALLS} format " %.10g"',
     ]
 

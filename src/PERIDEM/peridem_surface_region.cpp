@@ -20,6 +20,7 @@
 #include "error.h"
 #include "modify.h"
 #include "peridem_region_faces.h"
+#include "peridem_schedule.h"
 #include "region.h"
 #include "update.h"
 
@@ -205,7 +206,7 @@ void PeridemSurfaceRegion::advance(const PeridemMoment &now)
     if (now.begins) look_ahead(static_cast<int>(k), now);
     place(static_cast<int>(k), now);
   }
-  if (now.begins) modify->addstep_compute(update->ntimestep + 1);
+  if (now.begins) PeridemSchedule::invoked(modify, update->ntimestep + 1);
 }
 
 /* ----------------------------------------------------------------------

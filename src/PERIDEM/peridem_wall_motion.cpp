@@ -19,6 +19,7 @@
 #include "error.h"
 #include "input.h"
 #include "modify.h"
+#include "peridem_schedule.h"
 #include "update.h"
 #include "variable.h"
 
@@ -134,7 +135,7 @@ void PeridemWallMotion::look_ahead(const PeridemMoment &now)
     start[k] = known ? shift[k] : goal[k];
   }
   known = true;
-  modify->addstep_compute(update->ntimestep + 1);
+  PeridemSchedule::invoked(modify, update->ntimestep + 1);
 }
 
 /* ---------------------------------------------------------------------- */

@@ -41,7 +41,7 @@ def course(loaded, tmp_path_factory):
             r"dump grains all custom \d+", f"dump grains all custom {every}", script.read_text()
         )
         text = re.sub(r"sort id.*", "sort id format float %.17g", text)
-        text = re.sub(r"ave/time 1 \d+ \d+", f"ave/time {every} 1 {every}", text)
+        text = re.sub(r"ave/time \d+ \d+ \d+", f"ave/time {every} 1 {every}", text)
         script.write_text(re.sub(r"(?m)^run +[1-9]\d*", f"run {steps}", text))
         run.run(script, quiet=True)
         folders[name] = folder
