@@ -5,6 +5,7 @@ The published scene itself needs PeriDEM's deck and half an hour (README of the 
 
 import importlib.util
 import json
+import subprocess
 import sys
 from pathlib import Path
 
@@ -72,6 +73,22 @@ def test_the_lid_breaks_grains_and_the_numbers_are_those_of_the_files(pressed):
     assert pressure == pytest.approx(record["f_lid[2]"] / width, rel=1e-6)
     for picture in ("stress.png", "grains.png"):
         assert (folder / picture).stat().st_size > 10_000
+
+
+@pytest.mark.slow
+def test_the_drift_is_that_of_the_step(pressed, lmp):
+    """From the same state; a fourth power between steps of 0.8 and 0.25 of the largest is 100."""
+    words = [str(pressed[1] / "pressed"), "--time", "2e-4", "--safety", "0.8", "0.25"]
+    done = subprocess.run(
+        [sys.executable, str(EXAMPLE.parent / "drift.py"), *words, "--lmp", str(lmp)],
+        check=True,
+        capture_output=True,
+        text=True,
+    )
+    rows = np.array([line.split() for line in done.stdout.splitlines()[1:]], dtype=float)
+    assert rows[:, 0].tolist() == [0.8, 0.25]
+    assert rows[0, 1] == pytest.approx(rows[1, 1], rel=0.05)  # the same way of the same lid
+    assert abs(rows[1, 3]) < 0.2 * abs(rows[0, 3])
 
 
 def test_moving_means_keep_straight_lines(module):

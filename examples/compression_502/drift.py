@@ -1,0 +1,63 @@
+"""How much energy contacts gain by the length of the step: a pressed bed goes on with several.
+
+python drift.py out/compression_502/pressed                 from its newest restart file
+python drift.py out/compression_502/pressed --time 1e-4 --safety 0.8 0.4
+"""
+
+from __future__ import annotations
+
+import argparse
+import re
+import sys
+import tempfile
+from pathlib import Path
+
+from peridem import run, run_restart, scene
+
+BOOKS = """
+compute books all peridem/energy
+thermo_style custom step time c_books[6] c_books[8]
+run 0 post no
+variable end equal time>=$(time+{time:.17g}:%.17g)
+fix end all halt 1 v_end > 0 error continue message no
+thermo 1000000
+run 10000000 post no
+unfix end
+run 0 post no
+print "work $(c_books[6]:%.17g) drift $(c_books[8]:%.17g)"
+"""
+
+
+def script(folder: Path, safety: float, time: float) -> str:
+    """The commands of a run that goes on from its newest restart file, with another step."""
+    text = (folder / "in.grains").read_text()
+    restart, _ = run_restart.newest_restart(folder.glob(f"{scene.RESTART}*"))
+    head = text[: text.index("# ---- output")]
+    head = re.sub(r"(?m)^(boundary|atom_style).*\n", "", head)
+    head = re.sub(r"(?m)^read_data.*", f"read_restart {restart.resolve()}", head)
+    head = re.sub(r"(peridem/timestep safety) \S+", rf"\1 {safety:g}", head)
+    return head + BOOKS.format(time=time)
+
+
+def main() -> int:
+    """Run on with each step; print the drift of the energy beside the work of the walls."""
+    options = argparse.ArgumentParser(description=(__doc__ or "").partition("\n")[0])
+    options.add_argument("folder", type=Path, help="of the run of the pressed bed")
+    options.add_argument("--safety", type=float, nargs="+", default=[0.8, 0.5, 0.25])
+    options.add_argument("--time", type=float, default=1.7e-4, help="s")
+    options.add_argument("--lmp", type=Path, help="the lmp program")
+    chosen = options.parse_args()
+    print("safety   work of the walls     drift  drift / work")
+    for safety in chosen.safety:
+        with tempfile.TemporaryDirectory() as folder:
+            path = Path(folder) / "in.drift"
+            path.write_text(script(chosen.folder, safety, chosen.time))
+            run.run(path, lmp=chosen.lmp, quiet=True)
+            found = re.findall(r"(?m)^work (\S+) drift (\S+)$", (path.parent / run.LOG).read_text())
+        work, drift = map(float, found[-1])
+        print(f"{safety:<6g} {work:19.5g} {drift:9.2g} {drift / work:13.1e}", flush=True)
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
