@@ -16,7 +16,7 @@ from peridem import run, scene
 
 BOOKS = """
 compute books all peridem/energy
-thermo_style custom step time c_books[6] c_books[8]
+thermo_style custom step time c_books[6] c_books[8] c_books[9]
 run 0 post no
 variable end equal time>=$(time+{time:.17g}:%.17g)
 fix end all halt 1 v_end > 0 error continue message no
@@ -24,18 +24,20 @@ thermo 1000000
 run 10000000 post no
 unfix end
 run 0 post no
-print "work $(c_books[6]:%.17g) drift $(c_books[8]:%.17g)"
+print "work $(c_books[6]+c_books[9]:%.17g) drift $(c_books[8]:%.17g)"
 """
 
 
-def script(folder: Path, safety: float, time: float) -> str:
+def script(folder: Path, part: float, time: float) -> str:
     """The commands of a run that goes on from its newest restart file, with another step."""
     text = (folder / "in.grains").read_text()
     restart = max(folder.glob(f"{scene.RESTART}*"), key=lambda path: path.stat().st_mtime)
     head = text[: text.index("# ---- output")]
     head = re.sub(r"(?m)^(boundary|atom_style).*\n", "", head)
     head = re.sub(r"(?m)^read_data.*", f"read_restart {restart.resolve()}", head)
-    head = re.sub(r"(peridem/timestep safety) \S+", rf"\1 {safety:g}", head)
+    step = re.compile(r"(?m)^(fix \S+ all peridem/timestep safety|timestep) +(\S+)")
+    head, count = step.subn(lambda found: f"{found[1]} {part * float(found[2]):g}", head)
+    assert count == 1, "neither timestep nor fix peridem/timestep"
     return head + BOOKS.format(time=time)
 
 
@@ -43,19 +45,21 @@ def main() -> int:
     """Run on with each step; print the drift of the energy beside the work of the walls."""
     options = argparse.ArgumentParser(description=(__doc__ or "").partition("\n")[0])
     options.add_argument("folder", type=Path, help="of the run of the pressed bed")
-    options.add_argument("--safety", type=float, nargs="+", default=[0.8, 0.5, 0.25])
+    options.add_argument(
+        "--part", type=float, nargs="+", default=[1.6, 1.0, 0.5], help="of the step of that run"
+    )
     options.add_argument("--time", type=float, default=1.7e-4, help="s")
     options.add_argument("--lmp", type=Path, help="the lmp program")
     chosen = options.parse_args()
-    print("safety   work of the walls     drift  drift / work")
-    for safety in chosen.safety:
+    print("part of the step  work of walls and weight     drift  drift / work")
+    for part in chosen.part:
         with tempfile.TemporaryDirectory() as folder:
             path = Path(folder) / "in.drift"
-            path.write_text(script(chosen.folder, safety, chosen.time))
+            path.write_text(script(chosen.folder, part, chosen.time))
             run.run(path, lmp=chosen.lmp, quiet=True)
             found = re.findall(r"(?m)^work (\S+) drift (\S+)$", (path.parent / run.LOG).read_text())
         work, drift = map(float, found[-1])
-        print(f"{safety:<6g} {work:19.5g} {drift:9.2g} {drift / work:13.1e}", flush=True)
+        print(f"{part:<16g} {work:25.5g} {drift:9.2g} {drift / work:13.1e}", flush=True)
     return 0
 
 
