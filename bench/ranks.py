@@ -205,7 +205,7 @@ def plot(rows: list[Row], path: Path) -> None:
     """Efficiency against ranks: the model's, and what was measured."""
     import matplotlib.pyplot as plt
 
-    figure, axes = plt.subplots(figsize=(6.0, 4.2), layout="constrained")
+    figure, axes = plt.subplots(figsize=(7.6, 4.2), layout="constrained")
     names = dict.fromkeys(str(row["what"]) for row in rows if MODEL in str(row["what"]))
     for name, style in zip(names, ("o-", "o--", "s-", "s--"), strict=False):
         mine = [row for row in rows if row["what"] == name]
@@ -218,6 +218,6 @@ def plot(rows: list[Row], path: Path) -> None:
     axes.set_xticks(RANKS, [str(ranks) for ranks in RANKS])
     top = max(1.05, *(1.05 * value for value in measured))
     axes.set(xlabel="ranks", ylabel="efficiency", ylim=(0, top), title="Model of ranks")
-    axes.legend(fontsize="small")
+    figure.legend(fontsize="small", loc="outside right center")
     figure.savefig(path, dpi=130)
     plt.close(figure)

@@ -23,6 +23,7 @@ from peridem.material import Material
 
 Array = NDArray[np.float64]
 MOST_NODES = 2500  # matrices are dense: 3 x 2500 squared is half a gigabyte
+TRIES = 50  # to find which nodes touch the plates: a few are enough
 
 
 @dataclass(frozen=True)
@@ -111,7 +112,7 @@ def factors(
         The factors: ``Contact(stiff=stiff * pair)`` with walls of ``Contact(stiff=stiff * wall)``.
 
     Raises:
-        ValueError: a value outside its range.
+        ValueError: a value outside its range, or no set of nodes that touch was found.
     """
     if not (shapes and stiff > 0.0 and 0.0 < strain < 0.1 and directions >= 1):
         raise ValueError(
@@ -186,8 +187,7 @@ def _pressed(solid: Elastic, spring: float, n: Array, along: Array, approach: fl
     held = solid.stiffness + _holders(solid, n)
     towards = np.kron(np.eye(count), n)  # (n, d n): displacement along n
     touching = (low < 0.5 * approach).astype(int) - (high < 0.5 * approach).astype(int)
-    force = 0.0
-    for _ in range(50):
+    for _ in range(TRIES):
         at = np.flatnonzero(touching)
         sign = touching[at].astype(float)
         gap = np.where(sign > 0, low[at], high[at])
@@ -201,9 +201,12 @@ def _pressed(solid: Elastic, spring: float, n: Array, along: Array, approach: fl
         force = spring * float(np.clip(below, 0.0, None).sum())
         now = (below > 0).astype(int) - (above > 0).astype(int)
         if np.array_equal(now, touching):
-            break
+            return force
         touching = now
-    return force
+    raise ValueError(
+        f"cloud '{solid.cloud.name}': which nodes touch changes to and fro at an approach "
+        f"of {approach:.3g}; a finer mesh or another approach"
+    )
 
 
 def _holders(solid: Elastic, n: Array) -> Array:
