@@ -1,6 +1,6 @@
 """The example of 502 grains at its small size: a bed settles, then a lid breaks it.
 
-The published scene itself needs PeriDEM's deck and three quarters of an hour (README of the example).
+The published scene needs PeriDEM's deck and three quarters of an hour (see the README there).
 """
 
 import importlib.util
