@@ -102,10 +102,13 @@ linkcheck_workers = 4
 # ---- formulas as MathML, which browsers draw by themselves: no script, no network ----------------
 
 html_math_renderer = "mathml"
+FUNCTIONS = r"\\(?:arcsin|arccos|sin|cos|tan|cot|ln)\b"
 
 
 def mathml(text: str, block: bool) -> str:
     text = re.sub(r"\\([td]?frac)(\d)(\d)", r"\\\1{\2}{\3}", text)  # what docutils misreads
+    text = re.sub(rf"(?<=[\w}}]) ({FUNCTIONS})", r"\\, \1", text)  # spaces that browsers leave out
+    text = re.sub(rf"({FUNCTIONS})(?= *[\w\\](?!left))", r"\1\\,", text)
     if "\\\\" in text and "\\begin{" not in text.split("\\\\")[0]:
         text = rf"\begin{{aligned}}{text}\end{{aligned}}"
     return tex2mathml(text, as_block=block)
@@ -124,15 +127,21 @@ def formula(self: SphinxTranslator, node: nodes.math_block) -> None:
 # ---- tables --------------------------------------------------------------------------------------
 
 
+NUMBER = r"([≤≥<>±] ?)?[-−]?[\d.]+(e[-+]?\d+)?( %)?|\d to \d"  # or numbers of a vector
+
+
 def mark_tables(_app: Sphinx, page: nodes.document) -> None:
-    """Marks tables of many columns, and cells that hold one number, which browsers would break at
-    the sign of its exponent.
+    """Marks tables of many columns, of rows with long names, and cells that hold one number,
+    which browsers would break at the sign of its exponent.
     """
     for group in page.findall(nodes.tgroup):
         if group["cols"] > 8:
             group.parent["classes"].append("wide")
+        first = [row[0].astext() for row in group.findall(nodes.row)]
+        if group["cols"] > 6 and max(map(len, first)) > 20:
+            group.parent["classes"].append("named")
     for cell in page.findall(nodes.entry):
-        if re.fullmatch(r"([≤≥<>±] ?)?[-−]?[\d.]+(e[-+]?\d+)?( %)?", cell.astext().strip()):
+        if re.fullmatch(NUMBER, cell.astext().strip()):
             cell["classes"].append("number")
 
 
