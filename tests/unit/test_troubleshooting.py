@@ -58,7 +58,7 @@ SYMPTOMS = {
             "create_box     1 box": "create_box 2 box",
             "create_atoms   1 region high": SMALL,
             "mol 2": "mol 2\nset region small mol 3",
-            "set            group all density": "set type 2 volume 4e-10\nset group all density",
+            "pair_style     hybrid": "set type 2 volume 4e-10\npair_style     hybrid",
             "pair_coeff     * * peridem/lps": "pair_coeff 2 2 peridem/lps bulk 21.6e6 "
             "shear 12.96e6 gc 5 horizon 0.06e-3\npair_coeff 1 1 peridem/lps",
             "timestep       5.0e-8": "timestep 5.0e-9",
@@ -78,7 +78,7 @@ SYMPTOMS = {
         fails=True,
     ),
     "a skin of metres": Symptom(
-        {"neighbor       0.05e-3 bin": "neighbor 2e-3 bin", **STEPS},
+        {"lattice        sq": "neighbor 2e-3 bin\nlattice sq", **STEPS},
         ("Proc sub-domain size < neighbor skin", "Communication cutoff adjusted"),
         "The skin: 1.25 times the contact radius is the default",
     ),
