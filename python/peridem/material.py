@@ -412,6 +412,13 @@ Solid = Material | BondMaterial
 AnyMaterial = Material | BondMaterial | Inert
 
 
+def law_of(material: Solid) -> tuple[str, ...]:
+    """What LAMMPS cannot mix: bonds between two materials that differ in it must be said."""
+    weight = [material.influence] + [f"{material.width:.8g}"] * (material.influence == "gaussian")
+    potential = material.potential if isinstance(material, BondMaterial) else ""
+    return (material.style, *weight, material.volume, material.breaking, potential)
+
+
 def bulk_of(material: AnyMaterial, dimension: int) -> float | None:
     """Bulk modulus of a material; None for one that has none."""
     return material.moduli(dimension)[0] if isinstance(material, BondMaterial) else material.bulk

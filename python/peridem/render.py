@@ -8,6 +8,7 @@ contact radius outside the boundary nodes, which is where two grains touch.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -156,6 +157,8 @@ def animation(
     path = Path(path)
     if path.suffix not in (".mp4", ".gif"):
         raise ValueError(f"a film ends in .mp4 or .gif, not '{path.name}'")
+    if not (math.isfinite(rate) and rate > 0.0):
+        raise ValueError(f"a film needs more than 0 frames per second, not {rate:g}")
     output = Output(folder)
     chosen = output.chosen(frames, len(output.dump))
     style = style_of(output, chosen, field, bottom, top, colours)

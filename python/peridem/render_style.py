@@ -97,18 +97,28 @@ def style_of(
     if field == "damage" and field not in output.attributes:
         field = "grain"  # a run without damage in its dump
     if field == "damage":
-        return Style(field, 0.0 if low is None else low, 0.6 if high is None else high, colours)
+        return _checked(Style(field, *_ends(low, high, 0.0, 0.6), colours))
     values = np.concatenate([output.field(field, i) for i in frames])
     values = values[np.isfinite(values)]
     bottom, top = (float(v) for v in np.percentile(values, [1.0, 99.0])) if len(values) else (0, 1)
     if bottom < 0.0 < top and field not in NAMES:
         top = max(-bottom, top)
         bottom = -top
-    made = Style(field, bottom if low is None else low, top if high is None else high, colours)
-    if not made.low <= made.high:
-        raise ValueError(f"colour scale of '{field}': from {made.low:g} to {made.high:g}")
-    made.map()
-    return made
+    return _checked(Style(field, *_ends(low, high, bottom, top), colours))
+
+
+def _ends(low: float | None, high: float | None, bottom: float, top: float) -> tuple[float, float]:
+    return bottom if low is None else low, top if high is None else high
+
+
+def _checked(style: Style) -> Style:
+    if not style.low <= style.high:
+        raise ValueError(
+            f"colour scale of '{style.field}': it must start below its end, not go from "
+            f"{style.low:g} to {style.high:g}"
+        )
+    style.map()
+    return style
 
 
 def damage_colours() -> Any:

@@ -17,6 +17,7 @@ import shutil
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
+from itertools import combinations
 from pathlib import Path
 from typing import Any
 
@@ -25,7 +26,16 @@ from numpy.typing import NDArray
 
 from peridem.cloud import Cloud
 from peridem.loads import Cut, Force, Motion, Nodes
-from peridem.material import AnyMaterial, Contact, Inert, Interface, Material, Solid, bulk_of
+from peridem.material import (
+    AnyMaterial,
+    Contact,
+    Inert,
+    Interface,
+    Material,
+    Solid,
+    bulk_of,
+    law_of,
+)
 from peridem.packing import Packing
 from peridem.stages import START, Beginning, sides
 from peridem.timestep import StableStep, stable_step
@@ -178,6 +188,7 @@ class Scene:
         groups = dict.fromkeys(self.contact_group(m) for m in found)
         self.materials = [m for g in groups for m in found if self.contact_group(m) == g]
         self._check_pairs()
+        self._check_mixtures()
         self._check_walls()
         self._check_loads()
 
@@ -265,6 +276,26 @@ class Scene:
                         f"scene: {what} of {pair[0]} and {pair[1]}: no material '{name}', "
                         f"there are {', '.join(known)}"
                     )
+
+    def _check_mixtures(self) -> None:
+        """Whether LAMMPS can tell what holds between the materials of each style and each grain."""
+        said = [set(interface.between) for interface in self.interfaces]
+        solids = [m for m in self.materials if not isinstance(m, Inert)]
+        for style in dict.fromkeys(m.style for m in solids):
+            planes = {m.plane: m.name for m in solids if m.style == style}
+            if len(planes) > 1 and self.dimension == 2:
+                given = ", ".join(f"{plane} of '{name}'" for plane, name in planes.items())
+                raise ValueError(f"scene: all materials must have the same plane, not {given}")
+        for number, grain in enumerate(self.grains, 1):
+            mine = [m for m in grain.materials() if not isinstance(m, Inert)] if grain.parts else []
+            for a, b in combinations(mine, 2):
+                if a.style != b.style or law_of(a) == law_of(b) or {a.name, b.name} in said:
+                    continue
+                raise ValueError(
+                    f"scene: grain {number} is of '{a.name}' and '{b.name}', which differ in "
+                    "influence, volume, breaking or potential; an Interface must say what bonds "
+                    "between them are"
+                )
 
     def _check_walls(self) -> None:
         inert = [isinstance(grain.material, Inert) for grain in self.grains]

@@ -8,13 +8,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from itertools import combinations
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from peridem import __version__
 from peridem.loads import NODE_VALUES, Nodes, ranges
-from peridem.material import AnyMaterial, Contact, Inert, bulk_of
+from peridem.material import AnyMaterial, Contact, Inert, bulk_of, law_of
 from peridem.regions import numbers
 from peridem.stages import START, Beginning, changes_at_start, emptied
 from peridem.walls import AnyWall, RegionWall, Wall, group_of
@@ -120,6 +121,7 @@ def _solids(scene: Scene) -> list[str]:
             lines.append(f"# {m.name} (type {kind}): nodes without bonds")
             continue
         lines += _solid(scene, kind, m)
+    lines += _strangers(scene)
     for interface in scene.interfaces:
         lines += _interface(scene, *interface.between, interface.keywords)
     return lines
@@ -141,6 +143,27 @@ def _solid(scene: Scene, kind: int, m: AnyMaterial) -> list[str]:
             f"# {m.describe(d)}",
         ]
     return [*lines, f"pair_coeff      {kind} {kind} {m.style} {m.pair_coeff(d)}"]
+
+
+def _strangers(scene: Scene) -> list[str]:
+    """Bonds of materials that LAMMPS cannot mix, and that no grain has both of."""
+    said = [set(interface.between) for interface in scene.interfaces]
+    alike: dict[tuple[str, ...], list[int]] = {}
+    for kind, m in enumerate(scene.materials, 1):
+        if not isinstance(m, Inert):
+            alike.setdefault((m.name, *law_of(m)), []).append(kind)
+    lines = []
+    for (first, mine), (second, theirs) in combinations(alike.items(), 2):
+        (a, style, *law), (b, other, *another) = first, second
+        if style != other or law == another or {a, b} in said:
+            continue
+        words = scene.materials[mine[0] - 1].pair_coeff(scene.dimension)  # type: ignore[union-attr]
+        pairs = [sorted((i, j)) for i in mine for j in theirs]
+        lines += [f"pair_coeff      {i} {j} {style} {words}" for i, j in pairs]
+    why = (
+        "# materials that cannot be mixed: no grain is of both, so this says of no bond what it is"
+    )
+    return [why, *lines] if lines else []
 
 
 def _interface(scene: Scene, a: str, b: str, keywords: str) -> list[str]:

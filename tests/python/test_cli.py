@@ -231,6 +231,11 @@ def test_a_field_a_column_or_a_film_that_cannot_be(workplace, tmp_path, capsys):
         (("render", folder, "--field", "heat"), "no field 'heat'; there are grain, displacement"),
         (("render", folder, "--colours", "mud", "--field", "x"), "no colour map 'mud'"),
         (("render", folder, "--film", tmp_path / "a.avi"), "ends in .mp4 or .gif, not 'a.avi'"),
+        (("render", folder, "--film", tmp_path / "a.gif", "--rate", "0"), "more than 0 frames per"),
+        (
+            ("render", folder, "--bottom", "1", "--top", "0"),
+            "start below its end, not go from 1 to 0",
+        ),
         (("render", folder, "--chains"), "tells of no contacts"),
         (("plot", folder, "--thermo", "pe"), "no column 'pe'"),
         (("plot", folder), "walls.dat"),

@@ -325,6 +325,42 @@ def test_bond_materials_run(tmp_path, lmp, kind, potential, as_published):
     run.run(made.write(tmp_path / "run"), lmp=lmp, quiet=True)
 
 
+@pytest.mark.seconds
+@pytest.mark.parametrize(
+    ("first", "second"),
+    [
+        ({"Influence_Function": {"Type": 0}}, {}),
+        ({"Influence_Function": {"Type": 2, "Parameters": [1.0, 0.3]}}, {"Bond_Potential": None}),
+        ({"Type": "PMBBond", "G": None}, {"Type": "RNPBond", "G": None}),
+        ({"Type": "PDElasticBond", "G": None}, {"Type": "PMBBond", "G": None}),
+    ],
+)
+@pytest.mark.parametrize("as_published", [False, True])
+def test_zones_of_unlike_laws_run(tmp_path, lmp, first, second, as_published):
+    """LAMMPS must be told what bonds between them are, though no grain has any."""
+    changes = {"Material__Zone_1": {**SOLID, **first}, "Material__Zone_2": {**SOLID, **second}}
+    made = deck.load(write(tmp_path, COLLISION, **changes), as_published).scene
+    run.run(made.write(tmp_path / "run"), lmp=lmp, quiet=True)
+    assert len(results.Dump(tmp_path / "run" / scene.DUMP)) > 1
+
+
+def test_all_zones_have_one_plane(tmp_path):
+    """PeriDEM does not use it, so decks may say what cannot be."""
+    stress = write(tmp_path, COLLISION, Material__Zone_2__Is_Plane_Strain=False)
+    made = deck.load(stress).scene
+    assert {m.plane for m in made.materials if isinstance(m, Material)} == {"stress"}
+    both = write(
+        tmp_path,
+        COLLISION,
+        Material__Zone_1__Is_Plane_Strain=True,
+        Material__Zone_2__Is_Plane_Strain=False,
+    )
+    read = deck.load(both)
+    assert {m.plane for m in read.scene.materials if isinstance(m, Material)} == {"strain"}
+    words = "Zone_2.Is_Plane_Strain: not that of zone_1: all zones have one, plane strain"
+    assert any(words in line for line in read.report)
+
+
 def test_published_constants_of_bond_materials(tmp_path):
     """PeriDEM's formulas, with its linear influence 12 (1 - q) in 2D."""
     young, gc, size = 1.5 * 2.16e7, 50.0, 6e-4
@@ -406,6 +442,8 @@ def test_solids_hold_the_points_they_should(tmp_path, kind, values, volume):
     cell = math.prod(axis[1] - axis[0] for axis in axes)
     # of 90 points across, half a layer at the surface is 3 to 7 % of the volume
     assert made.contains(points).sum() * cell == pytest.approx(volume, rel=0.08)
+    flat = np.pad(points[:, :2], ((0, 0), (0, 1)))  # in 2D they are what z = 0 cuts of them
+    assert (made.contains(points[:, :2]) == made.contains(flat)).all()
 
 
 def test_complex_shapes_add_and_take_away(tmp_path):
@@ -701,8 +739,10 @@ def test_a_restart_goes_on_from_the_state_of_a_file(tmp_path):
     meshio.Mesh(points, [("vertex", np.arange(len(u))[:, None])], point_data=fields).write(
         tmp_path / "output_4.vtu"
     )
-    path = write(tmp_path, COLLISION, Restart={"File": "output_4", "Step": 40})
-    made = deck.load(path, as_published=True).scene
+    back = {"File": "output_4", "Step": 40, "Change_Reference_Free_Dofs": True}
+    read = deck.load(write(tmp_path, COLLISION, Restart=back), as_published=True)
+    assert any("Change_Reference_Free_Dofs: not used, as in PeriDEM" in w for w in read.report)
+    made = read.scene
     assert made.start_time == pytest.approx(4e-6) and made.duration == pytest.approx(6e-6)
     text = made.data()
     body = text.split("Atoms # peridem\n\n")[1].split("\n\n")[0]
@@ -727,6 +767,9 @@ def test_what_is_no_restart_file_is_named(tmp_path):
     (tmp_path / "output_7.vtu").write_text("soon")
     path = write(tmp_path, COLLISION, Restart={"File": "output_7", "Step": 40})
     with pytest.raises(DeckError, match=r"input.yaml:\d+: Restart.File: .*output_7.vtu cannot be"):
+        deck.load(path)
+    (tmp_path / "output_7.vtu").write_text("")
+    with pytest.raises(DeckError, match=r"output_7.vtu cannot be read as a VTU file$"):
         deck.load(path)
 
 
@@ -780,6 +823,7 @@ def test_a_deck_of_one_particle_needs_no_zones(tmp_path):
         ("Displacement_BC.Sets", 2, "Set_2 is missing: Sets is 2"),
         ("Restart", {"File": "no", "Step": 1}, "--after FOLDER goes on from a run of the first"),
         ("IC.Constant_Velocity.Particle_List", [9], "particle 9 of 3"),
+        ("IC.Constant_Velocity.Velocity_Vector", [0, 1, 0, 1], "at most 3 numbers needed, not 4"),
         ("Material.Zone_1.Horizon", 1e-5, "have no other within the horizon"),
     ],
 )
@@ -797,6 +841,17 @@ def test_what_means_nothing_is_said(tmp_path):
     text = "\n".join(deck.load(write(tmp_path, COLLISION, **changes)).report)
     assert "Displacement_BC.Set_1.Direction: 3 means nothing in 2D" in text
     assert "Output.Output_Interval: 0: the first and the last state are written" in text
+    for key, value, words in (
+        ("IC__Constant_Velocity__Particle_List", None, "Particle_List names no particle"),
+        ("IC__Constant_Velocity__Particle_List", [2], "particle 2: its motion is prescribed"),
+        ("IC__Constant_Velocity__Velocity_Vector", [0, 0, 1], "means nothing in 2D"),
+        ("Force_BC__Gravity", [0, 0, -10], "Force_BC.Gravity: its third component means nothing"),
+        ("Contact", None, "input.yaml: Contact: times the smallest node spacing"),
+    ):
+        text = "\n".join(deck.load(write(tmp_path, COLLISION, **{key: value})).report)
+        assert words in text, key
+    single = deck.load(write(tmp_path, SQUARE)).report
+    assert not any("Contact" in line or "node spacing of the two" in line for line in single)
     with pytest.raises(DeckError, match=r"Set_2 is missing: Sets is 2$"):  # Set_1 is not meant
         deck.load(write(tmp_path, COLLISION, Displacement_BC__Sets=2))
 

@@ -36,6 +36,33 @@ def test_an_interface_with_moduli_of_its_own_is_left_out():
     assert Interface(("left", "right"), "gc 0.5").critical_stretch(LEFT, stiffer, 2) is None
 
 
+def test_materials_that_cannot_be_mixed_need_an_interface_in_a_grain_only():
+    """The pair is written where no grain is of both, and asked for where one is."""
+    square = cloud.mesh(shapes.rectangle(2e-3, 2e-3), 0.2e-3)
+    other = replace(RIGHT, influence="constant")
+    apart = [scene.Grain(square, LEFT), scene.Grain(square.moved((3e-3, 0.0)), other)]
+    text = scene.Scene("apart", apart, Contact(), 1e-5).script()
+    assert f"pair_coeff      1 2 peridem/lps {LEFT.pair_coeff(2)}" in text
+    alike = [scene.Grain(square, LEFT), scene.Grain(square.moved((3e-3, 0.0)), RIGHT)]
+    assert "1 2 peridem/lps" not in scene.Scene("alike", alike, Contact(), 1e-5).script()
+    both = scene.Grain(square, LEFT, ((square.nodes[:, 0] > 0.0, other),))
+    with pytest.raises(ValueError, match="grain 1 is of 'left' and 'right', which differ in infl"):
+        scene.Scene("both", [both], Contact(), 1e-5)
+    words = "bulk 2e7 poisson 0.25 horizon 0.35e-3 gc 1 influence constant"
+    said = scene.Scene(
+        "said", [both], Contact(), 1e-5, interfaces=[Interface(("left", "right"), words)]
+    )
+    assert said.script().count("pair_coeff      1 2 peridem/lps") == 1
+
+
+def test_materials_of_two_planes_are_refused():
+    square = cloud.mesh(shapes.rectangle(2e-3, 2e-3), 0.2e-3)
+    flat = replace(RIGHT, plane="stress")
+    grains = [scene.Grain(square, LEFT), scene.Grain(square.moved((3e-3, 0.0)), flat)]
+    with pytest.raises(ValueError, match="same plane, not strain of 'left', stress of 'right'"):
+        scene.Scene("two planes", grains, Contact(), 1e-5)
+
+
 def test_sides_of_cells_across_an_interface_break_at_its_stretch(tmp_path):
     """A frame stretched by 1 % along x: between 0.4 % of the interface and 2 % of the halves."""
     made = two_halves(Interface(("left", "right"), "s0 0.004"))

@@ -147,7 +147,9 @@ def build(root: Block, report: Report, as_published: bool, after: Path | None = 
         specs,
         sections.load_sets(root, "Displacement_BC", model, walls, report),
         sections.load_sets(root, "Force_BC", model, walls, report),
-        None if after else restart(root, model, [len(body.cloud.nodes) for body in particles]),
+        None
+        if after
+        else restart(root, model, [len(body.cloud.nodes) for body in particles], report),
     )
     for load in plan.displacements:
         for k in loads.particles_of(load, len(particles)):
@@ -179,7 +181,9 @@ def _scene(plan: Plan) -> Scene:
         if k not in plan.walls:
             names.setdefault(body.zone.number, set()).add(_material(plan, k).name)
     planes = _first_planes(plan)
-    touching = touch(pairs, plan.bodies, names, plan.walls, planes, plan.as_published, report)
+    alone = len(plan.bodies) == 1 and "Contact" not in plan.root
+    said = Report(plan.root.path) if alone else report  # nothing was said of contact
+    touching = touch(pairs, plan.bodies, names, plan.walls, planes, plan.as_published, said)
     motions = [_in_time_of_run(plan, motion) for motion in _motions(plan)]
     forces = [_in_time_of_run(plan, force) for force in _forces(plan)]
     walls = _named(plan, touching)
@@ -299,16 +303,32 @@ def _initial_velocities(plan: Plan) -> dict[int, tuple[float, ...]]:
     block = plan.root.block("IC").block("Constant_Velocity")
     if "Velocity_Vector" not in block:
         return {}
-    vector = (*block.numbers("Velocity_Vector"), 0.0, 0.0)[: plan.dimension]
+    vector = _vector(plan, block, "Velocity_Vector")
     chosen = block.wholes("Particle_List") or ([0] if plan.model.single else [])
+    if not chosen:
+        plan.report.add(block.place(), "not used, as in PeriDEM: Particle_List names no particle")
     for k in chosen:
         if k >= len(plan.bodies):
             raise block.error("Particle_List", f"particle {k} of {len(plan.bodies)}, from 0")
+        if plan.prescribed(k):
+            plan.report.add(
+                block.place("Particle_List"),
+                f"particle {k}: its motion is prescribed, from the start",
+            )
     return {k: vector for k in chosen if not plan.prescribed(k)}
 
 
 def _gravity(plan: Plan) -> tuple[float, ...]:
-    given = plan.root.block("Force_BC").numbers("Gravity")
+    return _vector(plan, plan.root.block("Force_BC"), "Gravity")
+
+
+def _vector(plan: Plan, block: Block, key: str) -> tuple[float, ...]:
+    """A vector of a deck, which has up to three components, as one of the scene."""
+    given = block.numbers(key)
+    if len(given) > 3:
+        raise block.error(key, f"at most 3 numbers needed, not {len(given)}")
+    if any(given[plan.dimension :]):
+        plan.report.add(block.place(key), "its third component means nothing in 2D")
     return tuple((*given, 0.0, 0.0, 0.0)[: plan.dimension])
 
 

@@ -181,6 +181,7 @@ class Shape(Region):
 
     def _in_cylinder(self, x: Array) -> Mask:
         start, axis, radius = self._cylinder()
+        x = np.pad(x, ((0, 0), (0, 3 - x.shape[1])))  # in 2D what the plane z = 0 cuts
         length = float(np.linalg.norm(axis))
         along = (x - start) @ axis / length
         across = np.linalg.norm(x - start - along[:, None] * axis / length, axis=1)

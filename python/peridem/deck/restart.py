@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from contextlib import redirect_stderr, redirect_stdout
 from dataclasses import dataclass
+from io import StringIO
 from pathlib import Path
 from typing import Any
 
@@ -10,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from peridem.deck.sections import Model
-from peridem.deck.source import Block, DeckError
+from peridem.deck.source import Block, DeckError, Report
 
 Array = NDArray[np.float64]
 
@@ -37,7 +39,7 @@ class State:
         return self.displacement[rows, :dimension], self.velocity[rows, :dimension]
 
 
-def restart(root: Block, model: Model, counts: list[int]) -> State | None:
+def restart(root: Block, model: Model, counts: list[int], report: Report) -> State | None:
     """The state that the section ``Restart`` names, or None.
 
     Raises:
@@ -46,7 +48,8 @@ def restart(root: Block, model: Model, counts: list[int]) -> State | None:
     if "Restart" not in root:
         return None
     block = root.block("Restart")
-    block.skip("Change_Reference_Free_Dofs")
+    for key in block.skip("Change_Reference_Free_Dofs"):
+        report.add(block.place(key), "not used, as in PeriDEM: reference positions stay")
     step = block.whole("Step")
     given = _point_data(block)
     fields = {}
@@ -83,11 +86,14 @@ def _read(block: Block, path: Path) -> dict[str, Any]:
     import meshio
 
     try:
-        return dict(meshio.read(path).point_data)
+        with redirect_stderr(StringIO()), redirect_stdout(StringIO()):
+            return dict(meshio.read(path).point_data)
     except (IndexError, ValueError):  # no cells, as in PeriDEM's own files: meshio wants some
         import pyvista
 
         found = pyvista.read(path)
         return dict(found.point_data) if isinstance(found, pyvista.DataSet) else {}
     except (meshio.ReadError, KeyError, SyntaxError, SystemExit) as error:
-        raise block.error("File", f"{path} cannot be read: {error}") from error
+        # meshio says what it thinks in print, and would end the program
+        why = "" if isinstance(error, SystemExit) else f": {error}"
+        raise block.error("File", f"{path} cannot be read as a VTU file{why}") from error

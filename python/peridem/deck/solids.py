@@ -86,7 +86,19 @@ def specs(root: Block, count: int, dimension: int, report: Report) -> list[Solid
             found.append(replace(found[source - 1], name=f"zone_{number}"))
         else:
             found.append(_spec(block, f"zone_{number}", dimension, report))
-    return found
+    return _one_plane(found, report)
+
+
+def _one_plane(found: list[SolidSpec], report: Report) -> list[SolidSpec]:
+    """The same with one plane for all zones: what the first one says that says something."""
+    said = [spec for spec in found if "Is_Plane_Strain" in spec.block]
+    for spec in said:
+        if spec.plane != said[0].plane:
+            report.add(
+                spec.block.place("Is_Plane_Strain"),
+                f"not that of {said[0].name}: all zones have one, plane {said[0].plane}",
+            )
+    return [replace(spec, plane=said[0].plane) for spec in found] if said else found
 
 
 def _spec(block: Block, name: str, dimension: int, report: Report) -> SolidSpec:

@@ -45,7 +45,7 @@ class Report:
     def _line(self, places: list[tuple[int, str]], text: str) -> str:
         places = sorted(places)
         line, key = places[0]
-        where = f"{self.path.name}:{line}: {key}" if line else self.path.name
+        where = ": ".join(filter(None, (self.path.name + (f":{line}" if line else ""), key)))
         if len(places) == 2:
             where += f" and {places[1][1]}"
         elif len(places) > 2:
