@@ -33,7 +33,7 @@ def test_the_commands_are_found() -> None:
     assert len(PAGES) > 25
     assert {
         "make demo",
-        "cmake --build lammps/build",
+        "cmake --build ../lammps/build",
         "peridem plot out/demo --fragments",
         ".venv/bin/peridem convert two.yaml -o out/two",
         "python compaction.py --small",
