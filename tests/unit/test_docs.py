@@ -73,6 +73,20 @@ def test_formulas_are_in_the_pages_and_nothing_comes_from_elsewhere(html: Path) 
         assert outside == [], page
 
 
+@pytest.mark.slow
+def test_names_of_functions_stand_apart_in_formulas(html: Path) -> None:
+    """Browsers leave no space around them by themselves: 2cosT."""
+    text = "".join((html / "theory.html").read_text().split())
+    assert re.search(r"<mn>2</mn><mspace[^>]*></mspace><mi>cos</mi><mo>[^<]*</mo><mspace", text)
+
+
+def test_no_formula_has_an_empty_line() -> None:
+    """What is before and after it would stand in one line, without a space."""
+    split = re.compile(r"^ *\.\. math::\n\n(?: +\S.*\n)+\n +\S", re.M)
+    assert split.search(".. math::\n\n   a = b\n\n   c = d\n")
+    assert [path.name for path in DOC.glob("*.rst") if split.search(path.read_text())] == []
+
+
 class Page(HTMLParser):
     """Of a page as browsers get it: where links may lead, where they lead, and the running text."""
 
