@@ -4,8 +4,11 @@ from __future__ import annotations
 
 import argparse
 import difflib
+import functools
+import shlex
 import signal
 import sys
+import warnings
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import NoReturn
@@ -109,7 +112,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
     if rest:
         _unrecognized(options.parser, rest)
     try:
-        return int(options.work(options))
+        with warnings.catch_warnings():
+            warnings.showwarning = functools.partial(_say, options.command)
+            return int(options.work(options))
     except RunError as error:
         print(f"peridem {options.command}: {error}", file=sys.stderr)
         return 3
@@ -121,6 +126,13 @@ def main(arguments: Sequence[str] | None = None) -> int:
         return 1
     except KeyboardInterrupt:
         return 128 + signal.SIGINT
+
+
+def _say(
+    command: str, message: Warning | str, kind: type[Warning], *_: object, **__: object
+) -> None:
+    """A warning as one line, without the line of the program that gave it."""
+    print(f"peridem {command}: warning: {message}", file=sys.stderr)
 
 
 def _unrecognized(command: argparse.ArgumentParser, words: Sequence[str]) -> NoReturn:
@@ -319,8 +331,18 @@ def _run(options: argparse.Namespace) -> int:
     if not report.stopped:
         return 0
     if report.restart:
-        print(f"{report.restart} is where 'peridem run {options.path} --resume' goes on")
+        print(f"{report.restart} is where '{_resuming(options, script.parent)}' goes on")
     return 128 + (report.signal or signal.SIGINT)
+
+
+def _resuming(options: argparse.Namespace, folder: Path) -> str:
+    """The command that goes on with a run that was stopped: a deck's or scene's in its folder."""
+    from peridem import cli_source
+
+    path = folder if cli_source.is_source(options.path) else options.path
+    ranks = [] if options.ranks == 1 else ["-np", str(options.ranks)]
+    given = [word for name, value in options.var for word in ("--var", name, value)]
+    return shlex.join(["peridem", "run", str(path), *ranks, *given, "--resume"])
 
 
 def _convert(options: argparse.Namespace) -> int:

@@ -305,8 +305,8 @@ def _filled(path: Path, name: str, volumes: str, spacing: float | None) -> Cloud
 
     if spacing is None:
         raise ValueError(
-            f"{path} is curved: a mesh of triangles must lie in one plane, or be a closed surface "
-            "to fill with tetrahedra; give a spacing for that"
+            f"{path} does not lie in a plane z = constant: a mesh of triangles must, or be a "
+            "closed surface to fill with tetrahedra; give a spacing for that"
         )
     return mesh(shapes.stl(path, name), spacing, volumes)
 

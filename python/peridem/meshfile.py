@@ -60,20 +60,32 @@ def read_mesh(path: str | Path) -> MeshFile:
         ValueError: it is not a mesh, or has no cells of these kinds.
     """
     mesh = _read(path)
-    points = np.zeros((len(mesh.points), 3))
     given = np.asarray(mesh.points, dtype=float)
+    if given.ndim != 2:
+        raise ValueError(f"{path} has no nodes: it is empty or cut off")
+    points = np.zeros((len(given), 3))
     points[:, : given.shape[1]] = given
     for kind in ("tetra", "triangle"):
         blocks, tags = _blocks(mesh, kind)
         if blocks:
             data = mesh.point_data.get("volume")
             volumes = None if data is None else np.asarray(data, dtype=float).ravel()
-            return MeshFile(points, np.vstack(blocks), volumes, np.concatenate(tags))
+            cells = np.vstack(blocks)
+            _check_nodes(path, cells, len(points))
+            return MeshFile(points, cells, volumes, np.concatenate(tags))
     found = sorted({block.type for block in mesh.cells})
     raise ValueError(
         f"{path} has cells of the kinds {', '.join(found) or 'none'}; triangles, quadrilaterals, "
         "tetrahedra or hexahedra with straight sides (first order) needed"
     )
+
+
+def _check_nodes(path: str | Path, cells: Cells, count: int) -> None:
+    """Whether all nodes of the cells are there."""
+    wrong = np.flatnonzero(((cells < 0) | (cells >= count)).any(axis=1))
+    if len(wrong):
+        nodes = ", ".join(str(n + 1) for n in cells[wrong[0]])
+        raise ValueError(f"{path}: cell {wrong[0] + 1} is of the nodes {nodes}; there are {count}")
 
 
 def read_surface(path: str | Path) -> tuple[Array, Cells]:

@@ -109,7 +109,10 @@ class Output:
     def summary(self) -> dict[str, Any]:
         """What the scene left, or {}."""
         path = self.folder / SUMMARY
-        return dict(json.loads(path.read_text())) if path.is_file() else {}
+        try:
+            return dict(json.loads(path.read_text())) if path.is_file() else {}
+        except ValueError as error:
+            raise ValueError(f"{path} is damaged, or not as a scene left it: {error}") from error
 
     @cached_property
     def log(self) -> str:

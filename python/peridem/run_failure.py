@@ -6,6 +6,8 @@ import re
 from collections.abc import Sequence
 from pathlib import Path
 
+RULE = "\n" + "-" * 70  # above and below what mpirun says; LAMMPS's own rules are shorter
+
 
 def failure(output: str, script: Path, copy: str = "", origin: Sequence[int] = ()) -> str:
     """LAMMPS's error message from its output, with the line of the script where it happened.
@@ -22,10 +24,11 @@ def failure(output: str, script: Path, copy: str = "", origin: Sequence[int] = (
     if error is None:  # it crashed, or was killed
         crash = re.search(r"exited on (signal \d+ \(.*?\))", output)
         lines = [f"ended by {crash[1]}, after" if crash else "ended without a message, after"]
-        lines += output.split("\n---")[0].splitlines()[-5:]
+        said = output.split(RULE)[0] if RULE in output else output.split("\nlmp exited on")[0]
+        lines += said.splitlines()[-5:]
     shown: list[str] = []
     for line in lines:
-        if line.startswith(("---", "MPI_ABORT", "Primary job")):
+        if line.startswith((RULE.strip(), "MPI_ABORT", "Primary job")):
             break
         if not re.match(r"\[[\w.-]+:\d+\] ", line):  # mpirun's own talk
             shown.append(line.rstrip())

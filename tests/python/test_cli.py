@@ -12,6 +12,7 @@ import sys
 import time
 from pathlib import Path
 
+import meshio
 import numpy as np
 import pytest
 import scenes
@@ -245,6 +246,31 @@ def test_a_field_a_column_or_a_film_that_cannot_be(workplace, tmp_path, capsys):
         assert words in shown.err and len(shown.err.splitlines()) == 1, shown.err
 
 
+def test_warnings_are_one_line(workplace, tmp_path, capsys):
+    points = np.array([(0, 0, 0), (1, 0, 0), (0, 1, 0), (5, 5, 0)], dtype=float)
+    meshio.write(tmp_path / "four.vtu", meshio.Mesh(points, [("triangle", [(0, 1, 2)])]))
+    assert main(["mesh", str(tmp_path / "four.vtu")]) == 0
+    said = "peridem mesh: warning: cloud 'four': node 4 is in no cell, left out\n"
+    assert capsys.readouterr().err == said
+
+
+def test_a_damaged_summary_is_named(tmp_path):
+    (tmp_path / scene.SUMMARY).write_text('{"title": ')
+    scenes.write_dump(tmp_path / scene.DUMP, [(0, [(1, 1, 1, 0.0, 0.0)])], "id mol type x y")
+    with pytest.raises(ValueError, match=f"{scene.SUMMARY} is damaged, or not as a scene left it"):
+        _ = results.Output(tmp_path).summary
+
+
+def test_the_way_to_go_on_is_where_the_run_is():
+    """Not where the deck is; and as a shell takes it."""
+    words = ["run", "a deck.yaml", "-o", "my out", "-np", "2", "--var", "a", "b c"]
+    options = cli.parser().parse_args(words)
+    wanted = "peridem run 'my out' -np 2 --var a 'b c' --resume"
+    assert cli._resuming(options, Path("my out")) == wanted
+    options = cli.parser().parse_args(["run", "in.grains"])
+    assert cli._resuming(options, Path(".")) == "peridem run in.grains --resume"
+
+
 def test_a_failure_of_lammps_exits_3(tmp_path, lmp, capsys):
     (tmp_path / "in.wrong").write_text("units si\nno_such_command 5\n")
     assert main(["run", str(tmp_path), "--lmp", str(lmp), "-q"]) == 3
@@ -298,7 +324,7 @@ def test_a_signal_stops_a_run_that_can_be_resumed(tmp_path, lmp, number):
         os.kill(job.pid, number)
         output, errors = job.communicate(timeout=60)
     assert job.returncode == 128 + number, errors
-    assert "stopped at step" in output and "--resume' goes on" in output
+    assert "stopped at step" in output and f"'peridem run {script} --resume' goes on" in output
     step = int(re.search(r"stopped at step (\d+)", output)[1])
     assert "stopped" in peridem("info", script).stdout
     text = script.read_text()

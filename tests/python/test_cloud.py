@@ -368,6 +368,24 @@ def test_quadrilaterals_and_hexahedra_are_divided(tmp_path):
         cloud.read(tmp_path / "curved.vtu")
 
 
+def test_mesh_files_that_lack_nodes_are_refused(tmp_path):
+    points = np.pad(SQUARE, ((0, 0), (0, 1)))
+    cells = np.vstack([HALVES, [(0, 1, 99)]])
+    meshio.write(tmp_path / "far.vtu", meshio.Mesh(points, [("triangle", cells)]))
+    with pytest.raises(
+        ValueError, match=r"far.vtu: cell 3 is of the nodes 1, 2, 100; there are 4$"
+    ):
+        cloud.read(tmp_path / "far.vtu")
+    (tmp_path / "empty.stl").write_text("")
+    with pytest.raises(ValueError, match=r"empty.stl has no nodes: it is empty or cut off"):
+        cloud.read(tmp_path / "empty.stl", spacing=0.1)
+    meshio.write(
+        tmp_path / "upright.vtu", meshio.Mesh(points[:, [0, 2, 1]], [("triangle", HALVES)])
+    )
+    with pytest.raises(ValueError, match="does not lie in a plane z = constant"):
+        cloud.read(tmp_path / "upright.vtu")
+
+
 def test_groups_of_a_mesh_file_are_kept(tmp_path):
     points = np.pad(SQUARE, ((0, 0), (0, 1)))
     tags = [np.array([7, 9])]

@@ -116,9 +116,13 @@ def test_failure_says_what_lammps_said_and_where(tmp_path, lmp):
 
 def test_a_crash_is_told_from_a_message(tmp_path):
     (tmp_path / "in.a").write_text("run 1\n")
-    output = "one\ntwo\n-----\nmpirun: process rank 0 exited on signal 11 (Segmentation fault).\n"
-    message = run_failure.failure(output, tmp_path / "in.a")
-    assert "ended by signal 11 (Segmentation fault), after\none\ntwo\n" in message
+    said = (
+        "Section |  min time\n" + 63 * "-" + "\nPair |\n" + "\n".join("abcde")
+    )  # of a piece before
+    crash = "exited on signal 11 (Segmentation fault).\n"
+    for end in (f"{74 * '-'}\nmpirun: process rank 0 {crash}{74 * '-'}\n", f"lmp {crash}"):
+        message = run_failure.failure(f"{said}\n{end}", tmp_path / "in.a")
+        assert "ended by signal 11 (Segmentation fault), after\na\nb\nc\nd\ne\nin " in message
     assert "without a message, after\none" in run_failure.failure("one\n", tmp_path / "in.a")
 
 
