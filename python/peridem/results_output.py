@@ -346,7 +346,8 @@ class Output:
             over = stretch > critical
             if "fragment" in self.attributes:
                 pieces = frame[self.attributes["fragment"]][self.edges]
-                over |= pieces[:, 0] != pieces[:, 1]
+                # nodes of walls and bodies have no bonds: each is a piece of its own
+                over |= (pieces[:, 0] != pieces[:, 1]) & np.isfinite(critical)
             before = self._broken[-1] if self._broken else np.zeros(len(over), dtype=bool)
             self._broken.append(over | before)
         return self._broken[i]

@@ -6,7 +6,8 @@ import subprocess
 import numpy as np
 import pytest
 import scenes
-from peridem import results
+from peridem import cloud, results, scene, shapes
+from peridem.material import Contact, Inert, Material
 
 COLUMNS = "id mol type x y vx vy"
 ROWS = np.array([(2, 1, 1, 0.5, 0.6, 0, 0), (1, 1, 1, 0.1, 0.2, 1, 2), (3, 2, 1, 0.9, 1.9, 0, 0)])
@@ -199,3 +200,20 @@ def test_means_over_grains(tmp_path):
     assert grains.tolist() == [1, 2]
     assert centres == pytest.approx(np.array([(0.3, 0.4), (0.9, 1.9)]))
     assert results.per_grain(frame, frame["vx"])[1] == pytest.approx([0.5, 0.0])
+
+
+def test_cells_of_bodies_without_bonds_stay(tmp_path):
+    """Each node of such a body is a fragment of its own."""
+    disc = cloud.mesh(shapes.circle(1e-3), 4e-4)
+    solid = Material(bulk=2e7, poisson=0.25, density=1000.0, horizon=1e-3, gc=5.0)
+    wall = scene.Grain(disc.moved((5e-3, 0.0)), Inert(1000.0, "wall"))
+    made = scene.Scene("wall of nodes", [scene.Grain(disc, solid), wall], Contact(), 1e-5)
+    made.write(tmp_path)
+    x, n = made.reference, len(disc.nodes)
+    kinds = made.type_of_node
+    piece = [1] * n + list(range(n + 1, 2 * n + 1))
+    rows = [(k + 1, made.grain_of_node[k], kinds[k], *x[k], piece[k]) for k in range(2 * n)]
+    scenes.write_dump(tmp_path / scene.DUMP, [(0, rows)], "id mol type x y c_node[1]")
+    output = results.Output(tmp_path)
+    output.attributes = {"fragment": "c_node[1]"}
+    assert len(output.intact_cells(0)) == len(output.cells)
