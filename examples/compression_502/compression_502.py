@@ -24,9 +24,11 @@ from peridem.material import Contact, Material
 
 MM = 1e-3
 LID = "lid"
-# Cracked grains rattle without loss here: with steps that are merely stable, contacts that open and
-# close give them as much energy as the lid does (README)
-SAFETY = 0.5
+# Cracked grains rattle without loss here: contacts that open and close as linear springs would give
+# them energy at each step that is merely stable (README). They become stiff over this part of the
+# contact distance
+ONSET = 0.01
+SAFETY = 0.8
 AT_REST = 0.03  # m/s, half the speed of the lid: such grains press with half a pascal
 # the published curve where it was read off: penetration in mm -> pressure in kPa
 PUBLISHED = (
@@ -123,15 +125,19 @@ def settling(case: Case) -> scene.Scene:
     )
 
 
-def pressing(case: Case, settled: Path, safety: float = SAFETY) -> scene.Scene:
+def pressing(
+    case: Case, settled: Path, safety: float = SAFETY, onset: float = ONSET
+) -> scene.Scene:
     """The bed as it came to rest, the lid above it and sinking."""
     base, grains = case.scene, at_rest(case, settled)
     bed = [g for g in grains if g.material.style]
     top = max(float((g.cloud.nodes + g.displacement)[:, 1].max()) for g in bed)
     start = top + base.contact_radius if case.start is None else case.start
     print(f"top of the bed at {top / MM:.2f} mm, the lid starts at {start / MM:.2f} mm")
-    contact, walls = base.contact, base.walls
+    contact, pairs, walls = base.contact, base.pairs, base.walls
     if case.lid is None:
+        contact = replace(contact, onset=onset)
+        pairs = {pair: replace(one, onset=onset) for pair, one in pairs.items()}
         lid = next(wall for wall in walls if wall.name == LID)
         down = replace(lid, point=(lid.point[0], start), velocity=(0.0, -case.speed))
         walls = [down if wall is lid else wall for wall in walls]
@@ -147,6 +153,7 @@ def pressing(case: Case, settled: Path, safety: float = SAFETY) -> scene.Scene:
         title=f"{base.title}: pressing",
         grains=grains,
         contact=contact,
+        pairs=pairs,
         walls=walls,
         leapfrog=False,
         safety=safety,
@@ -248,6 +255,9 @@ def main(arguments: list[str] | None = None) -> int:
     options.add_argument(
         "--safety", type=float, default=SAFETY, help=f"part of the stable step ({SAFETY})"
     )
+    options.add_argument(
+        "--onset", type=float, default=ONSET, help=f"of contacts, part of their distance ({ONSET})"
+    )
     options.add_argument("--grains", type=int, default=24, help="without a deck (24)")
     chosen = options.parse_args(arguments)
     if chosen.as_published and chosen.deck is None:
@@ -259,7 +269,7 @@ def main(arguments: list[str] | None = None) -> int:
         case = packed(9, 0.25 * MM) if chosen.small else packed(chosen.grains)
 
     first = program.run(settling(case).write(folder / "settled"), chosen)[0]
-    pressed = pressing(case, folder / "settled", chosen.safety)
+    pressed = pressing(case, folder / "settled", chosen.safety, chosen.onset)
     second = program.run(pressed.write(folder / "pressed"), chosen)[0]
     found = measure(folder / "pressed", case)
     found["settling, minutes"] = first.wall_time / 60.0

@@ -465,6 +465,8 @@ class Contact:
         friction: Coulomb's coefficient.
         modulus: bulk modulus; None: the harmonic mean of the two materials.
         stiffness: k_N by hand, force/length^(1+2d); it takes the place of ``stiff``.
+        onset: part of ``radius`` over which a contact becomes stiff, in [0, 1): the larger, the
+            less energy grains gain that rattle without loss. 0: a linear spring.
         jha_horizon: with it, k_N = 18 K/(pi horizon^5) (``form jha2021``) instead of ``stiff``.
         damping: beta_N by hand; it takes the place of ``restitution``.
         tangential: ``history`` (a spring, cut at the friction limit) or ``regularised`` (a drag).
@@ -479,6 +481,7 @@ class Contact:
     stiff: float = 10.0
     restitution: float = 1.0
     friction: float = 0.0
+    onset: float = 0.0
     modulus: float | None = None
     stiffness: float | None = None
     jha_horizon: float | None = None
@@ -494,6 +497,8 @@ class Contact:
                 raise ValueError(f"contact: {what} must be above 0, not {value}")
         if not 0.0 < self.restitution <= 1.0:
             raise ValueError(f"contact: restitution must lie in (0, 1], not {self.restitution}")
+        if not 0.0 <= self.onset < 1.0:
+            raise ValueError(f"contact: onset must lie in [0, 1), not {self.onset}")
         for what in ("friction", "damping"):
             value = getattr(self, what)
             if value is not None and not (math.isfinite(value) and value >= 0.0):
@@ -536,6 +541,8 @@ class Contact:
                 if self.jha_horizon is None
                 else f"form jha2021 horizon {self.jha_horizon:.8g}"
             )
+        if self.onset > 0.0:
+            words.append(f"onset {self.onset:.8g}")
         if self.damping is not None:
             words.append(f"damping {self.damping:.8g}")
         else:

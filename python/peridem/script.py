@@ -230,6 +230,8 @@ def _forms(scene: Scene) -> list[str]:
             texts["bulk"] = (
                 f"form bulk: the spring of two nodes is {contact.stiff:g} times the modulus{size}"
             )
+        if contact.onset > 0.0:
+            texts["onset"] = "onset: contacts get as stiff as that over this part of their distance"
     return list(texts.values())
 
 

@@ -507,8 +507,8 @@ void FixPeridemWall::touch(int i, const PeridemSurface::Foot &foot)
   auto &memory = remembers ? memories.at(i, foot.key) : none;
   memory.deepest = MAX(memory.deepest, overlap);
 
-  const double beta = law.dashpot();
-  const double fn = PeridemContactLaw::normal(k, beta, overlap, rate);
+  const double elastic = law.elastic(k, overlap), beta = law.dashpot();
+  const double fn = law.normal(elastic, rate), stored = law.energy(k, overlap);
   double drag[3] = {0.0, 0.0, 0.0};
   if (law.friction > 0.0)
     law.tangential({k, beta, fn, atom->rmass[i], dt, advance, normal}, slide, memory.slip, drag);
@@ -519,12 +519,12 @@ void FixPeridemWall::touch(int i, const PeridemSurface::Foot &foot)
     atom->f[i][m] += on_node[m];
   }
   if (adapt) adapt->note_spring(i, k);
-  if (law.uses_restitution()) impacts.push_back({i, foot, fn, {}, -1});
+  if (law.uses_restitution()) impacts.push_back({i, foot, fn, 2.0 * stored, {}, -1});
   react(i, foot, on_node);
   deepest = MAX(deepest, overlap);
-  energy += 0.5 * k * overlap * overlap;
+  energy += stored;
   springs += law.spring_energy(k, memory.slip);
-  if (books.open) book(i, foot, fn - k * overlap, drag, on_node);
+  if (books.open) book(i, foot, fn - elastic, drag, on_node);
 }
 
 /* ----------------------------------------------------------------------
@@ -635,8 +635,7 @@ void FixPeridemWall::find_collisions()
     for (int m = 0; m < 3; m++)
       approach -=
           (one.body.velocity[m] - one.foot.velocity[m] - motion.velocity[m]) * one.foot.normal[m];
-    const double V = atom->vfrac[one.node], k = laws[atom->type[one.node]].spring(V, V);
-    collisions.add(one.collision, one.elastic, k, approach, 1.0, bodies->shared(one.node));
+    collisions.add(one.collision, one.elastic, one.stored, approach, 1.0, bodies->shared(one.node));
   }
   // contacts that are open for a moment remember too
   for (const int i : nearby.nodes())

@@ -101,7 +101,7 @@ class FixPeridemWall : public Fix {
   struct Impact {                // a contact of this step that loses energy by restitution
     int node;
     PeridemSurface::Foot foot;
-    double elastic;
+    double elastic, stored;    // force, and twice the energy
     PeridemBody body;
     int collision;    // its place in collisions
   };

@@ -617,29 +617,28 @@ void PairPeridemContact::touch(int i, int j, double distance, double rsq, const 
   if (r > 0.0)
     for (int m = 0; m < 3; m++) n[m] = d[m] / r;
 
-  const double k = law.spring(atom->vfrac[i], atom->vfrac[j]);
-  double fn = k * (distance - r);
+  const double k = law.spring(atom->vfrac[i], atom->vfrac[j]), overlap = distance - r;
+  double fn = law.elastic(k, overlap);
   double total[3];    // force on node i
   if (law.uses_velocity())
-    fn = lose(i, j, law, k, distance - r, n, memory, total);
+    fn = lose(i, j, law, k, fn, n, memory, total);
   else
     for (int m = 0; m < 3; m++) total[m] = -fn * n[m];
-  if (memory >= 0) springs[memory].deepest = MAX(springs[memory].deepest, distance - r);
+  if (memory >= 0) springs[memory].deepest = MAX(springs[memory].deepest, overlap);
   if (adapt) {
     adapt->note_spring(i, k);
     if (j < nlocal) adapt->note_spring(j, k);
   }
-  if (law.uses_restitution()) impacts.push_back({i, j, fn, memory, {n[0], n[1], n[2]}});
+  if (law.uses_restitution())
+    impacts.push_back({i, j, fn, 2.0 * law.energy(k, overlap), memory, {n[0], n[1], n[2]}});
 
   for (int m = 0; m < 3; m++) f[i][m] += total[m];
   if (j < nlocal)
     for (int m = 0; m < 3; m++) f[j][m] -= total[m];
 
-  if (evflag) {
-    const double depth = distance - r;
-    ev_tally_xyz(i, j, nlocal, 0, 0.5 * k * depth * depth, 0.0, total[0], total[1], total[2], -d[0],
+  if (evflag)
+    ev_tally_xyz(i, j, nlocal, 0, law.energy(k, overlap), 0.0, total[0], total[1], total[2], -d[0],
                  -d[1], -d[2]);
-  }
 }
 
 /* ----------------------------------------------------------------------
@@ -647,7 +646,7 @@ void PairPeridemContact::touch(int i, int j, double distance, double rsq, const 
 ------------------------------------------------------------------------- */
 
 double PairPeridemContact::lose(int i, int j, const PeridemContactLaw &law, double k,
-                                double overlap, const double *n, int memory, double *total)
+                                double elastic, const double *n, int memory, double *total)
 {
   double **v = atom->v;
   double slide[3], rate = 0.0;
@@ -657,7 +656,7 @@ double PairPeridemContact::lose(int i, int j, const PeridemContactLaw &law, doub
   }
   for (int m = 0; m < 3; m++) slide[m] -= rate * n[m];
 
-  const double beta = law.dashpot(), fn = PeridemContactLaw::normal(k, beta, overlap, rate);
+  const double beta = law.dashpot(), fn = law.normal(elastic, rate);
   for (int m = 0; m < 3; m++) total[m] = -fn * n[m];
   if (law.friction > 0.0) {
     const double mi = atom->rmass[i], mj = atom->rmass[j];
@@ -668,7 +667,7 @@ double PairPeridemContact::lose(int i, int j, const PeridemContactLaw &law, doub
     if (books.open) book(i, j, books.friction, drag);
   }
   if (books.open) {
-    const double lossy = k * overlap - fn;
+    const double lossy = elastic - fn;
     const double dashpot[3] = {lossy * n[0], lossy * n[1], lossy * n[2]};
     book(i, j, books.damping, dashpot);
   }
@@ -715,7 +714,7 @@ double PairPeridemContact::elastic_energy() const
   double sum = 0.0;
   for_touching([&](int i, int j, double depth, const Spring *, double share) {
     const auto &law = laws[index(atom->type[i], atom->type[j])];
-    sum += share * 0.5 * law.spring(atom->vfrac[i], atom->vfrac[j]) * depth * depth;
+    sum += share * law.energy(law.spring(atom->vfrac[i], atom->vfrac[j]), depth);
   });
   return sum;
 }
@@ -806,10 +805,8 @@ void PairPeridemContact::find_collisions()
     const auto &bi = body_of[impact.i], &bj = body_of[impact.j];
     double approach = 0.0;
     for (int m = 0; m < 3; m++) approach -= impact.n[m] * (bj.velocity[m] - bi.velocity[m]);
-    const auto &law = laws[index(atom->type[impact.i], atom->type[impact.j])];
-    const double k = law.spring(atom->vfrac[impact.i], atom->vfrac[impact.j]);
-    collisions.add(spring.collision, impact.elastic, k, approach, impact.j < nlocal ? 1.0 : 0.5,
-                   elsewhere(spring));
+    collisions.add(spring.collision, impact.elastic, impact.stored, approach,
+                   impact.j < nlocal ? 1.0 : 0.5, elsewhere(spring));
   }
   collisions.merge();
 }

@@ -132,7 +132,7 @@ class PairPeridemContact : public Pair {
   // contacts of this step that lose energy by restitution
   struct Impact {
     int i, j;
-    double elastic;
+    double elastic, stored;    // force, and twice the energy
     int spring;
     double n[3];    // from i to j
   };
@@ -167,7 +167,7 @@ class PairPeridemContact : public Pair {
   void touch(int i, int j, double distance, double rsq, const double *d, int memory);
   int remember(int i, int j);
   void part(const PeridemContactLaw &, double gap, int &memory);
-  double lose(int i, int j, const PeridemContactLaw &, double k, double overlap, const double *n,
+  double lose(int i, int j, const PeridemContactLaw &, double k, double elastic, const double *n,
               int memory, double *total);
   void find_touching();
   bigint body_id(int i) const;

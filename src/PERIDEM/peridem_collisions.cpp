@@ -57,13 +57,13 @@ int PeridemCollisions::find(bigint a, bigint b, int guess)
 
 /* ---------------------------------------------------------------------- */
 
-void PeridemCollisions::add(int place, double force, double spring, double approach, double share,
+void PeridemCollisions::add(int place, double force, double stored, double approach, double share,
                             bool seen_elsewhere)
 {
   auto &one = list[place];
   one.force += share * force;
   one.power += share * force * approach;
-  one.stored += share * force * force / spring;
+  one.stored += share * stored;
   one.abroad = one.abroad || seen_elsewhere;
 }
 

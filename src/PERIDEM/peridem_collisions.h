@@ -44,9 +44,9 @@ class PeridemCollisions : protected Pointers {
   void begin();
   // where the collision of these two bodies is; guess: where it may have been found before, or -1
   int find(bigint a, bigint b, int guess = -1);
-  // a contact that has touched in a collision that is not over; share = of this rank, seen_elsewhere:
-  // another rank may have a contact of the same collision
-  void add(int place, double force, double spring, double approach, double share,
+  // a contact that has touched in a collision that is not over; stored = twice its energy; share = of
+  // this rank; seen_elsewhere: another rank may have a contact of the same collision
+  void add(int place, double force, double stored, double approach, double share,
            bool seen_elsewhere);
   // the same of one that is open, or not: how fast it has come
   void remember(int place, double peak, bool seen_elsewhere);

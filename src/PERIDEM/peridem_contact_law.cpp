@@ -71,6 +71,7 @@ PeridemContactGiven PeridemContactGiven::over(const PeridemContactGiven &other) 
     merged.gamma = other.gamma;
     merged.ratio = other.ratio;
   }
+  merged.onset = either(onset, other.onset);
   if (fragments == UNSET) merged.fragments = other.fragments;
   return merged;
 }
@@ -139,6 +140,7 @@ PeridemContactLaw PeridemContactLaw::resolve(const PeridemContactGiven &given,
   }
 
   law.check_units(where, lmp);
+  law.depth = either(given.onset, 0.0) * law.radius;
 
   if (!std::isnan(given.restitution) && given.restitution < 1.0) {
     law.restitution = given.restitution;
@@ -170,6 +172,7 @@ PeridemContactLaw PeridemContactLaw::mix(const PeridemContactLaw &a, const Perid
   PeridemContactLaw law = a;
   law.radius = a.radius > b.radius ? a.radius : b.radius;
   law.modulus = 2.0 * a.modulus * b.modulus / (a.modulus + b.modulus);
+  law.depth = (b.modulus * a.depth + a.modulus * b.depth) / (a.modulus + b.modulus);
   law.fragments = a.fragments && b.fragments;
   law.mix_loss(a, b, where, lmp);
   law.mix_friction(a, b, where, lmp);
@@ -342,6 +345,7 @@ std::string PeridemContactLaw::describe() const
 {
   const char *unit = per_volume ? " V_i V_j" : (dim == 2 ? "" : " h");
   std::string text = fmt::format("radius {:.6g}, spring {:.6g}{}", radius, modulus, unit);
+  if (depth > 0.0) text += fmt::format(", onset over {:.4g}", depth);
   if (impact > 0.0)
     text += fmt::format(", restitution {:.4g} (impact number {:.4g})", restitution, impact);
   if (damping > 0.0) text += fmt::format(", damping {:.6g}", damping);

@@ -36,6 +36,7 @@ struct PeridemContactGiven {
   double alpha{NAN};        // of form bulk
   double horizon{NAN};      // of form jha2021
   double stiffness{NAN};    // k_N itself
+  double onset{NAN};        // of the contact distance: see PeridemContactLaw::elastic
   double restitution{NAN};
   double damping{NAN};    // beta_N itself
   double friction{NAN};
@@ -77,10 +78,26 @@ class PeridemContactLaw {
 
   double dashpot() const { return damping; }
 
-  // repulsion at an overlap > 0 that grows at the rate -rate: damping never pulls
-  static double normal(double k, double beta, double overlap, double rate)
+  // repulsion of a spring k at an overlap >= 0. Over the depth of the onset its stiffness grows from
+  // nothing to k, so that time steps meet no kink where a contact opens or closes
+  double elastic(double k, double overlap) const
   {
-    const double force = k * overlap - beta * rate;
+    if (overlap >= depth) return k * (overlap - 0.5 * depth);
+    return 0.5 * k * overlap * overlap / depth;
+  }
+
+  // what it has stored
+  double energy(double k, double overlap) const
+  {
+    if (overlap < depth) return k * overlap * overlap * overlap / (6.0 * depth);
+    const double beyond = overlap - 0.5 * depth;
+    return 0.5 * k * (beyond * beyond + depth * depth / 12.0);
+  }
+
+  // repulsion with the elastic force of an overlap that grows at the rate -rate: damping never pulls
+  double normal(double elastic_force, double rate) const
+  {
+    const double force = elastic_force - damping * rate;
     return force > 0.0 ? force : 0.0;
   }
 
@@ -135,6 +152,7 @@ class PeridemContactLaw {
   int dim{3};
   bool per_volume{false};    // k = modulus Vi Vj, else k = modulus h^(d-2)
   double modulus{0.0};
+  double depth{0.0};    // of the onset
   double restitution{1.0};
   double impact{0.0};     // number that gives this restitution
   double damping{0.0};    // beta_N when given by hand

@@ -34,7 +34,8 @@ PeridemContactParser::PeridemContactParser(LAMMPS *lmp, const std::string &_styl
 
 const char *PeridemContactParser::keywords()
 {
-  return "radius, modulus, form, horizon, stiffness, restitution, damping, friction, tangential";
+  return "radius, modulus, form, horizon, stiffness, onset, restitution, damping, friction, "
+         "tangential";
 }
 
 /* ---------------------------------------------------------------------- */
@@ -78,6 +79,9 @@ bool PeridemContactParser::parse_stiffness(const std::string &key, int &iarg,
     exclusive(iarg, std::isnan(given.modulus), "modulus");
     exclusive(iarg, given.form == PeridemContactGiven::UNSET, "form");
     given.stiffness = value(iarg, POSITIVE);
+  } else if (key == "onset") {
+    fresh(iarg, std::isnan(given.onset));
+    given.onset = value(iarg, PART);
   } else
     return false;
   return true;
@@ -193,12 +197,18 @@ double PeridemContactParser::number(int iarg, Range range, const std::string &ke
 {
   if (iarg >= narg) error->all(FLERR, iarg0 + iarg - 1, "{} {} needs a value", Style, keyword);
   const double value = utils::numeric(FLERR, arg[iarg], false, lmp);
-  const bool good = std::isfinite(value) &&
-      ((range == POSITIVE && value > 0.0) || (range == NON_NEGATIVE && value >= 0.0) ||
-       (range == FRACTION && value > 0.0 && value <= 1.0));
-  const char *allowed = range == POSITIVE ? "> 0" : range == NON_NEGATIVE ? ">= 0" : "> 0 and <= 1";
-  if (!good)
-    error->all(FLERR, iarg0 + iarg, "{} {} {}: must be {}", Style, keyword, arg[iarg], allowed);
+  struct Allowed {
+    bool good;
+    const char *words;
+  };
+  const Allowed ranges[] = {{value > 0.0, "> 0"},
+                            {value >= 0.0, ">= 0"},
+                            {value > 0.0 && value <= 1.0, "> 0 and <= 1"},
+                            {value >= 0.0 && value < 1.0, ">= 0 and < 1"}};
+  const auto &allowed = ranges[range];
+  if (!allowed.good || !std::isfinite(value))
+    error->all(FLERR, iarg0 + iarg, "{} {} {}: must be {}", Style, keyword, arg[iarg],
+               allowed.words);
   return value;
 }
 

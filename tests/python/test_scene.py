@@ -319,6 +319,7 @@ def test_pairs_of_materials_touch_in_their_own_way(tmp_path, lmp):
     pairs = {
         ("two", "one"): Contact(radius=1e-4, friction=0.5, tangential="regularised"),
         ("two", "two"): Contact(radius=1e-4, stiffness=1e24, damping=1e-3, fragments=False),
+        ("one", "one"): Contact(onset=0.02),
     }
     made = scene.Scene(grains=grains, pairs=pairs, **BASE)
     said = {
@@ -328,7 +329,8 @@ def test_pairs_of_materials_touch_in_their_own_way(tmp_path, lmp):
     }
     assert "friction 0.5 tangential regularised" in said["1", "2"]
     assert "stiffness 1e+24 damping 0.001" in said["2", "2"] and "fragments no" in said["2", "2"]
-    assert "form bulk 10 restitution 1 friction 0" in said["1", "1"]
+    assert "form bulk 10 onset 0.02 restitution 1 friction 0" in said["1", "1"]
+    assert "# onset: contacts get as stiff as that over this part" in made.script()
     run_steps(made, tmp_path, lmp)
 
 
@@ -443,6 +445,7 @@ def test_bad_loads_regions_and_materials_are_refused():
         (lambda: BondMaterial(1.0, 1.0, young=1.0, c=1.0), "not young, c"),
         (lambda: BondMaterial(1.0, 1.0, young=1.0, depth=1.0), "go together, with potential rnp"),
         (lambda: Material(1.0, 0.2, 1.0, 1.0, breaking="up"), "tension, both"),
+        (lambda: Contact(onset=1.0), r"onset must lie in \[0, 1\), not 1.0"),
         (lambda: Contact(damping=1.0, restitution=0.5), "one of damping and restitution"),
         (lambda: Inert(-1.0), "density must be finite and above 0"),
     ]:

@@ -331,7 +331,8 @@ class Contact:
     """Spring, dashpot and slider between two nodes, or a node and a surface.
 
     ``stiffness`` k_N (force per length and volume squared), ``damping`` beta (force per speed),
-    ``friction`` mu, ``tangential`` gamma_t of the regularised slider (force per speed).
+    ``friction`` mu, ``tangential`` gamma_t of the regularised slider (force per speed), ``onset``
+    part of the radius over which the stiffness grows from nothing.
     """
 
     radius: float
@@ -339,6 +340,7 @@ class Contact:
     damping: float = 0.0
     friction: float = 0.0
     tangential: float = 0.0
+    onset: float = 0.0
 
 
 def contact_pairs(
@@ -390,7 +392,10 @@ def contact_state(
     relative = v[j] - v[i]
     approach = np.einsum("pa,pa->p", relative, n_ij)  # rate of the gap
     beta = law.damping if damping is None else damping
-    spring = -law.stiffness * gap * volume[i] * volume[j]
+    k, depth = law.stiffness * volume[i] * volume[j], law.onset * law.radius
+    soft = -gap < depth
+    grown = gap**2 / (2.0 * depth) if depth else 0.0 * gap
+    spring = k * np.where(soft, grown, -gap - 0.5 * depth)
     normal = np.where(touching, np.maximum(0.0, spring - beta * approach), 0.0)
     sliding = relative - approach[:, None] * n_ij  # of j as seen from i
     speed = np.linalg.norm(sliding, axis=1)
@@ -398,7 +403,8 @@ def contact_state(
     direction = sliding / np.where(speed > 0, speed, 1.0)[:, None]
     friction = size[:, None] * direction  # j drags i along
     on_i = -normal[:, None] * n_ij + friction
-    energy = np.where(touching, -0.5 * gap * spring, 0.0)
+    beyond = 0.5 * (-gap - 0.5 * depth) ** 2 + depth**2 / 24.0
+    energy = np.where(touching, k * np.where(soft, -gap * grown / 3.0, beyond), 0.0)
     return ContactState(scatter(len(volume), i, j, on_i), energy, normal, friction)
 
 

@@ -6,7 +6,7 @@ peridem/timestep.
 Each node is a grain of its own, on a hexagonal lattice whose spacing is the contact distance, in a
 periodic box: nothing takes energy away, so whatever comes beyond what there was is of the time
 step.  Contacts are linear springs, so the speed of the nodes does not matter while overlaps are
-small.
+small; of those with an onset its depth over that of the overlaps does.
 """
 
 from __future__ import annotations
@@ -20,6 +20,7 @@ from .runs import Simulation
 # of two nodes of mass 1 whose spring is 1: half the period of their vibration
 CONTACT = math.pi / math.sqrt(2.0)
 SAFETIES = (0.9, 0.8, 0.6, 0.5, 0.4, 0.2)
+OVERLAP = 0.01  # of two nodes, at their mean square speed, over the contact distance
 
 CROWD = f"""
     units lj
@@ -34,9 +35,9 @@ CROWD = f"""
     variable grain atom id
     set group all mol v_grain
     pair_style peridem/contact
-    pair_coeff * * radius 1.0 stiffness 1.0
+    pair_coeff * * radius 1.0 stiffness 1.0 onset {{onset}}
     neighbor 1.0 bin
-    velocity all create 1e-4 4711 mom yes
+    velocity all create {OVERLAP**2} 4711 mom yes
     fix motion all nve
     fix plane all enforce2d
     thermo_modify norm no
@@ -44,9 +45,11 @@ CROWD = f"""
 """
 
 
-def gain(folder: Path, safety: float, duration: float = 900.0 * CONTACT) -> float:
+def gain(
+    folder: Path, safety: float, onset: float = 0.0, duration: float = 900.0 * CONTACT
+) -> float:
     """Logarithm of the energy over that at the start, per time of one contact."""
-    sim = Simulation(folder).commands(CROWD)
+    sim = Simulation(folder).commands(CROWD.format(onset=onset))
     sim.commands(f"fix step all peridem/timestep safety {safety}\nrun 0 post no")
     start = sim.thermo("pe") + sim.thermo("ke")
     sim.commands(f"fix end all halt 10 v_now > {duration} error continue\nrun 1000000 post no")
@@ -59,6 +62,8 @@ def gain(folder: Path, safety: float, duration: float = 900.0 * CONTACT) -> floa
 
 if __name__ == "__main__":
     with tempfile.TemporaryDirectory() as folder:
-        print("safety  energy gained in the time of one contact")
+        print("energy gained in the time of one contact, by the onset over the overlaps")
+        print("safety  " + "".join(f"{part:<10}" for part in (0, 1, 2)))
         for safety in SAFETIES:
-            print(f"{safety:<6}  {gain(Path(folder), safety):.1e}")
+            found = [gain(Path(folder), safety, part * OVERLAP) for part in (0, 1, 2)]
+            print(f"{safety:<6}  " + "".join(f"{one:<10.1e}" for one in found))

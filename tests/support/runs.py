@@ -49,6 +49,8 @@ def contact_words(law: Contact, extra: str = "") -> str:
     words += f" damping {number(law.damping)} friction {number(law.friction)}"
     if law.friction:
         words += f" tangential regularised {number(law.tangential)}"
+    if law.onset:
+        words += f" onset {number(law.onset)}"
     return f"{words} {extra}".strip()
 
 

@@ -420,6 +420,8 @@ CONTACTS = {
     ),
     "restitution 0": ("radius 1 stiffness 5 restitution 0", "restitution 0: must be > 0 and <= 1"),
     "negative damping": ("radius 1 stiffness 5 damping -1", "damping -1: must be >= 0"),
+    "negative onset": ("radius 1 stiffness 5 onset -0.1", "onset -0.1: must be >= 0 and < 1"),
+    "onset 1": ("radius 1 stiffness 5 onset 1", "onset 1: must be >= 0 and < 1"),
     "negative friction": ("radius 1 stiffness 5 friction -0.3", "friction -0.3: must be >= 0"),
     "unknown form": (
         "radius 1 modulus 5 form cubic",

@@ -49,6 +49,28 @@ def test_nodes_at_the_contact_radius_or_beyond_do_not_touch(distance, simulation
     assert sim.thermo("pe") == 0.0
 
 
+@pytest.mark.parametrize("overlap", [0.01, 0.1, 0.25 - 1e-6, 0.25 + 1e-6, 0.4])
+def test_over_the_onset_stiffness_grows_from_nothing_to_that_of_the_spring(overlap, simulation):
+    """Force k d^2/(2 w), beyond w k (d - w/2), and it is what the energy falls by."""
+    law, k, w = Contact(radius=1.0, stiffness=5.0, onset=0.25), 5.0 * 0.7 * 1.9, 0.25
+    sim = two_nodes(simulation, law, [[0, 0, 0], [1.0 - overlap, 0, 0]], STILL)
+    expected = k * overlap**2 / (2 * w) if overlap < w else k * (overlap - 0.5 * w)
+    force = sim.atoms("f")[1, 0]
+    assert force == pytest.approx(expected, rel=ACCURACY / overlap)
+    energy = []
+    step = 1e-4
+    for way in (-step, 2 * step):
+        sim.commands(
+            f"displace_atoms all move 0 0 0\ngroup second id 2\n"
+            f"displace_atoms second move {way} 0 0\nrun 0 post no"
+        )
+        energy.append(sim.thermo("pe"))
+    # central difference: third derivative k/w, its jump at w, and rounding of energies of one
+    assert -(energy[1] - energy[0]) / (2 * step) == pytest.approx(
+        force, abs=k / w * step**2 + 1e-11
+    )
+
+
 def test_damping_adds_to_the_push_while_nodes_approach(simulation):
     law = Contact(radius=1.0, stiffness=5.0, damping=0.3)
     sim = two_nodes(simulation, law, [[0, 0, 0], [0.6, 0, 0]], [[1, 0.5, 0], [-2, 0, 0]])
@@ -106,6 +128,10 @@ LAWS = {
     "spring": SPRING,
     "spring and dashpot": Contact(radius=1.0, stiffness=5.0, damping=0.8),
     "friction": Contact(radius=1.0, stiffness=5.0, damping=0.8, friction=0.4, tangential=2.0),
+    "onset": Contact(radius=1.0, stiffness=5.0, onset=0.3),
+    "onset and all": Contact(
+        radius=1.0, stiffness=5.0, damping=0.8, friction=0.4, tangential=2.0, onset=0.3
+    ),
 }
 
 
@@ -340,6 +366,14 @@ def test_springs_of_two_types_act_one_behind_the_other(simulation):
     assert force[0] == pytest.approx(2 * 6 * 18 / (6 + 18) * 0.5, rel=ACCURACY)
     # a like pair: bulk times alpha, and its own radius
     assert mixed_force(simulation, first, second, types=(2, 2))[0] == pytest.approx(18 * 0.3)
+
+
+def test_onsets_mix_by_the_shares_of_the_overlap(simulation):
+    """Springs 2 and 6: the softer half has 3/4 of the overlap, and so of the onset."""
+    words = ["radius 0.9 stiffness 2 onset 0.4", "radius 0.9 stiffness 6 onset 0.2"]
+    k, w = 3 * 0.49, 0.9 * (0.75 * 0.4 + 0.25 * 0.2)
+    force = mixed_force(simulation, *words)
+    assert force[0] == pytest.approx(k * (0.5 - 0.5 * w), rel=ACCURACY)
 
 
 def test_stiffness_mixes_as_springs_do_too(simulation):

@@ -16,8 +16,9 @@ SOLID = Solid(bulk=30.0, shear=15.0, horizon=2.3, dimension=2)
 VALUES = [1.0, 0.9, 0.6, 0.3]
 
 
+@pytest.mark.parametrize("onset", [0.0, 0.2])
 @pytest.mark.parametrize("restitution", VALUES)
-def test_two_free_nodes_part_at_that_fraction_of_their_speed(restitution, simulation):
+def test_two_free_nodes_part_at_that_fraction_of_their_speed(restitution, onset, simulation):
     one = cloud(
         [[0, 0, 0], [1.02, 0, 0]],
         molecule=[1, 2],
@@ -28,7 +29,7 @@ def test_two_free_nodes_part_at_that_fraction_of_their_speed(restitution, simula
     sim.commands(
         f"""
         pair_style peridem/contact
-        pair_coeff * * radius 1.0 stiffness 5.0 restitution {restitution}
+        pair_coeff * * radius 1.0 stiffness 5.0 restitution {restitution} onset {onset}
         fix motion all nve
         timestep 0.0005
         run 5000 post no
@@ -40,8 +41,9 @@ def test_two_free_nodes_part_at_that_fraction_of_their_speed(restitution, simula
     assert v[0] + 3 * v[1] == pytest.approx(0.5 - 1.5, rel=1e-12)
 
 
+@pytest.mark.parametrize("onset", [0.0, 0.2])
 @pytest.mark.parametrize("restitution", VALUES)
-def test_a_free_node_leaves_a_wall_at_that_fraction_of_its_speed(restitution, simulation):
+def test_a_free_node_leaves_a_wall_at_that_fraction_of_its_speed(restitution, onset, simulation):
     one = cloud([[0, 1.02], [9, 9]], molecule=[1, 2], dimension=2, margin=20)
     one.v[0] = (0.3, -0.5, 0.0)
     sim = simulation().load(one, dimension=2)
@@ -50,7 +52,7 @@ def test_a_free_node_leaves_a_wall_at_that_fraction_of_its_speed(restitution, si
         pair_style zero 2.0
         pair_coeff * *
         fix floor all peridem/wall plane 0 0 0 0 1 0 radius 1.0 stiffness 5.0 &
-            restitution {restitution}
+            restitution {restitution} onset {onset}
         fix motion all nve
         timestep 0.0005
         run 8000 post no

@@ -42,6 +42,16 @@ def test_the_wall_pushes_along_its_normal_with_the_overlap(simulation):
     assert np.all(force[:, [0, 2]] == 0.0)
 
 
+@pytest.mark.parametrize("overlap", [0.1, 0.7])
+def test_the_wall_takes_the_onset_of_contacts(overlap, simulation):
+    k, w = 5.0 * 0.7**2, 0.3
+    sim = nodes_at_a_wall(
+        simulation, [[0, 1.0 - overlap]], f"{FLOOR} radius 1.0 stiffness 5.0 onset 0.3", volume=0.7
+    )
+    expected = k * overlap**2 / (2 * w) if overlap < w else k * (overlap - 0.5 * w)
+    assert sim.atoms("f")[0, 1] == pytest.approx(expected, rel=ACCURACY)
+
+
 def test_a_plane_pushes_back_what_has_gone_through_whatever_the_depth(simulation):
     sim = nodes_at_a_wall(
         simulation, [[0, 0.3], [3, 0.3]], f"{FLOOR} radius 1.0 stiffness 5.0", volume=0.7
