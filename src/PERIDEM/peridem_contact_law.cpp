@@ -142,17 +142,24 @@ PeridemContactLaw PeridemContactLaw::resolve(const PeridemContactGiven &given,
   law.check_units(where, lmp);
   law.depth = either(given.onset, 0.0) * law.radius;
 
-  if (!std::isnan(given.restitution) && given.restitution < 1.0) {
-    law.restitution = given.restitution;
-    law.impact = impact_number(law.restitution);
-  }
-  law.damping = either(given.damping, 0.0);
-  law.friction = either(given.friction, 0.0);
-  law.regularised = given.tangential == PeridemContactGiven::REGULARISED;
-  law.gamma = either(given.gamma, -1.0);
-  law.ratio = either(given.ratio, DEFAULT_RATIO);
+  law.take_losses(given);
   law.fragments = given.fragments != 0;
   return law;
+}
+
+/* ---------------------------------------------------------------------- */
+
+void PeridemContactLaw::take_losses(const PeridemContactGiven &given)
+{
+  if (!std::isnan(given.restitution) && given.restitution < 1.0) {
+    restitution = given.restitution;
+    impact = impact_number(restitution);
+  }
+  damping = either(given.damping, 0.0);
+  friction = either(given.friction, 0.0);
+  regularised = given.tangential == PeridemContactGiven::REGULARISED;
+  gamma = either(given.gamma, -1.0);
+  ratio = either(given.ratio, DEFAULT_RATIO);
 }
 
 /* ----------------------------------------------------------------------

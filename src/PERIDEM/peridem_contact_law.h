@@ -161,6 +161,7 @@ class PeridemContactLaw {
   double ratio{0.0};     // of tangential to normal spring
 
   static double impact_number(double restitution);
+  void take_losses(const PeridemContactGiven &);
   void mix_loss(const PeridemContactLaw &, const PeridemContactLaw &, const std::string &where,
                 class LAMMPS *);
   void mix_friction(const PeridemContactLaw &, const PeridemContactLaw &, const std::string &where,

@@ -76,19 +76,25 @@ def test_the_lid_breaks_grains_and_the_numbers_are_those_of_the_files(pressed):
 
 
 @pytest.mark.slow
-def test_the_drift_is_that_of_the_step(pressed, lmp):
-    """From the same state; a fourth power between steps of 0.8 and 0.25 of the largest is 100."""
-    words = [str(pressed[1] / "pressed"), "--time", "2e-4", "--part", "1.6", "0.5"]
-    done = subprocess.run(
-        [sys.executable, str(EXAMPLE.parent / "drift.py"), *words, "--lmp", str(lmp)],
-        check=True,
-        capture_output=True,
-        text=True,
-    )
-    rows = np.array([line.split() for line in done.stdout.splitlines()[1:]], dtype=float)
-    assert rows[:, 0].tolist() == [1.6, 0.5]
-    assert rows[0, 1] == pytest.approx(rows[1, 1], rel=0.05)  # the same way of the same lid
-    assert abs(rows[1, 3]) < 0.2 * abs(rows[0, 3])
+def test_the_drift_is_that_of_the_step_and_of_contacts_without_onset(pressed, lmp):
+    """From the same state; a fourth power between steps of 0.8 and 0.24 of the largest is 100."""
+
+    def drift(*words: str) -> np.ndarray:
+        command = [sys.executable, str(EXAMPLE.parent / "drift.py"), str(pressed[1] / "pressed")]
+        done = subprocess.run(
+            [*command, "--time", "2e-4", *words, "--lmp", str(lmp)],
+            check=True,
+            capture_output=True,
+            text=True,
+        )
+        return np.array([line.split() for line in done.stdout.splitlines()[1:]], dtype=float)
+
+    long, short = drift("--onset", "0", "--part", "1.0", "0.3")
+    assert [long[0], short[0]] == [1.0, 0.3]
+    assert long[1] == pytest.approx(short[1], rel=0.05)  # the same way of the same lid
+    assert abs(short[3]) < 0.2 * abs(long[3])
+    (smooth,) = drift("--part", "1.0")
+    assert abs(smooth[3]) < 0.2 * abs(long[3])
 
 
 def test_moving_means_keep_straight_lines(module):
