@@ -17,6 +17,7 @@
 
 #include "fix_peridem_bonds.h"
 #include "fix_peridem_timestep.h"
+#include "peridem_stamp.h"
 
 #include "atom.h"
 #include "comm.h"
@@ -32,8 +33,7 @@
 using namespace LAMMPS_NS;
 using namespace FixConst;
 
-static constexpr int NTOTALS = 7;        // numbers in a restart file before the grains
-static constexpr double LAYOUT = 2.0;    // of what follows in it: another number for each change
+static constexpr int NTOTALS = 6;    // numbers in a restart file before the grains
 
 /* ---------------------------------------------------------------------- */
 
@@ -383,12 +383,13 @@ int FixPeridemAdapt::maxsize_restart()
    all ranks hold the table: the first writes it
 ------------------------------------------------------------------------- */
 
+static constexpr PeridemStamp STAMP(3, sizeof(PeridemAdaptGrain));
+
 void FixPeridemAdapt::write_restart(FILE *fp)
 {
   if (comm->me != 0) return;
   const auto &grains = table.grains;
-  const double totals[NTOTALS] = {LAYOUT,
-                                  static_cast<double>(sizeof(Grain)),
+  const double totals[NTOTALS] = {STAMP.number,
                                   static_cast<double>(grains.size()),
                                   switches.taken,
                                   static_cast<double>(switches.wakes),
@@ -406,17 +407,13 @@ void FixPeridemAdapt::restart(char *buf)
 {
   double totals[NTOTALS];
   memcpy(totals, buf, sizeof(totals));
-  if (totals[0] != LAYOUT || totals[1] != static_cast<double>(sizeof(Grain)))
-    error->all(FLERR, Error::NOLASTLINE,
-               "Fix {}: the restart file was written by another version of the package: go on with "
-               "that one, or start from a data file (write_data)",
-               style);
+  STAMP.check(totals[0], fmt::format("Fix {}", style), error);
   auto &grains = table.grains;
-  grains.resize(static_cast<std::size_t>(totals[2]));
+  grains.resize(static_cast<std::size_t>(totals[1]));
   memcpy(static_cast<void *>(grains.data()), buf + sizeof(totals), grains.size() * sizeof(Grain));
-  switches.taken = totals[3];
-  switches.wakes = static_cast<bigint>(totals[4]);
-  switches.freezes = static_cast<bigint>(totals[5]);
-  natoms_seen = static_cast<bigint>(totals[6]);
+  switches.taken = totals[2];
+  switches.wakes = static_cast<bigint>(totals[3]);
+  switches.freezes = static_cast<bigint>(totals[4]);
+  natoms_seen = static_cast<bigint>(totals[5]);
   started = true;
 }

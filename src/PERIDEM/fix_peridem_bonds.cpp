@@ -20,6 +20,7 @@
 #include "peridem_deleted.h"
 #include "peridem_families.h"
 #include "peridem_messages.h"
+#include "peridem_stamp.h"
 
 #include "atom.h"
 #include "comm.h"
@@ -791,13 +792,16 @@ void FixPeridemBonds::unpack_restart(int i, int nth)
 }
 
 /* ----------------------------------------------------------------------
-   global state: longest row, longest bond, ghost cutoff asked for, what families were built from
+   global state: longest row, longest bond, ghost cutoff asked for, what families were built from.
+   The stamp is for what nodes have in the file too.
 ------------------------------------------------------------------------- */
+
+static constexpr PeridemStamp STAMP(1);
 
 void FixPeridemBonds::write_restart(FILE *fp)
 {
   if (comm->me) return;
-  std::vector<double> list = {static_cast<double>(max_family), longest, cutghost_set};
+  std::vector<double> list = {STAMP.number, static_cast<double>(max_family), longest, cutghost_set};
   laws.pack(list);
   const int size = static_cast<int>(list.size() * sizeof(double));
   fwrite(&size, sizeof(int), 1, fp);
@@ -809,10 +813,11 @@ void FixPeridemBonds::write_restart(FILE *fp)
 void FixPeridemBonds::restart(char *buf)
 {
   const auto *list = reinterpret_cast<double *>(buf);
-  max_family = static_cast<int>(list[0]);
-  longest = list[1];
-  cutghost_set = list[2];
-  laws.unpack(list + 3);
+  STAMP.check(list[0], fmt::format("Fix {}", style), error);
+  max_family = static_cast<int>(list[1]);
+  longest = list[2];
+  cutghost_set = list[3];
+  laws.unpack(list + 4);
 }
 
 /* ---------------------------------------------------------------------- */

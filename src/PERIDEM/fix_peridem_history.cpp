@@ -16,11 +16,13 @@
 #include "fix_peridem_history.h"
 
 #include "pair_peridem_contact.h"
+#include "peridem_stamp.h"
 
 #include "atom.h"
 #include "comm.h"
 #include "error.h"
 
+#include <cstring>
 #include <utility>
 
 using namespace LAMMPS_NS;
@@ -94,12 +96,24 @@ void FixPeridemHistory::post_run()
 
 /* ---------------------------------------------------------------------- */
 
+static constexpr PeridemStamp STAMP(1);    // for what nodes have in the file
+
 void FixPeridemHistory::write_restart(FILE *fp)
 {
   collect();
   if (comm->me) return;
-  const int size = 0;
+  const int size = sizeof(double);
   fwrite(&size, sizeof(int), 1, fp);
+  STAMP.write(fp);
+}
+
+/* ---------------------------------------------------------------------- */
+
+void FixPeridemHistory::restart(char *buf)
+{
+  double stamp;
+  memcpy(&stamp, buf, sizeof(double));
+  STAMP.check(stamp, "Pair style peridem/contact", error);
 }
 
 /* ---------------------------------------------------------------------- */

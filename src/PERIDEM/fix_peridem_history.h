@@ -47,7 +47,7 @@ class FixPeridemHistory : public Fix {
   void pre_exchange() override;
   void post_run() override;
   void write_restart(FILE *) override;
-  void restart(char *) override {}
+  void restart(char *) override;
   double memory_usage() override;
   void grow_arrays(int) override;
   void copy_arrays(int, int, int) override;

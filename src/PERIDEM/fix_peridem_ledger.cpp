@@ -19,6 +19,7 @@
 #include "fix_peridem_wall.h"
 #include "pair_peridem.h"
 #include "pair_peridem_contact.h"
+#include "peridem_stamp.h"
 
 #include "atom.h"
 #include "comm.h"
@@ -224,10 +225,14 @@ double FixPeridemLedger::wall_work() const
 
 /* ---------------------------------------------------------------------- */
 
+static constexpr PeridemStamp STAMP(1);
+
 void FixPeridemLedger::write_restart(FILE *fp)
 {
-  Saved now{0.0, 0.0, work, last, kinetic_prescribed_at_start, broken() - broken_at_start, 0.0};
+  Saved now{0.0, 0.0, 0.0, work, last, kinetic_prescribed_at_start, broken() - broken_at_start,
+            0.0};
   MPI_Allreduce(MPI_IN_PLACE, &now, sizeof(Saved) / sizeof(double), MPI_DOUBLE, MPI_SUM, world);
+  now.stamp = STAMP.number;
   now.started = started ? 1.0 : 0.0;
   now.stored_at_start = stored_at_start;
   now.walls = wall_work() - walls_at_start;
@@ -241,6 +246,9 @@ void FixPeridemLedger::write_restart(FILE *fp)
 
 void FixPeridemLedger::restart(char *buf)
 {
+  double stamp;
+  memcpy(&stamp, buf, sizeof(double));
+  STAMP.check(stamp, "Compute peridem/energy", error);
   memcpy(&saved, buf, sizeof(Saved));
   resumed = saved.started > 0.0;
 }

@@ -75,7 +75,7 @@ class FixPeridemLedger : public Fix {
 
   // the books as a restart file has them, over all ranks
   struct Saved {
-    double started, stored_at_start;
+    double stamp, started, stored_at_start;
     Work work, last;
     double kinetic_prescribed_at_start, broken, walls;
   };

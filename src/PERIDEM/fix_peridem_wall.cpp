@@ -20,6 +20,7 @@
 #include "pair_peridem_contact.h"
 #include "peridem_contact_parser.h"
 #include "peridem_grains.h"
+#include "peridem_stamp.h"
 #include "peridem_surface_plane.h"
 #include "peridem_surface_region.h"
 
@@ -776,14 +777,17 @@ double FixPeridemWall::compute_vector(int n)
 
 /* ---------------------------------------------------------------------- */
 
+static constexpr PeridemStamp STAMP(1);    // for what nodes have in the file too
+
 void FixPeridemWall::write_restart(FILE *fp)
 {
   double all_work;
   MPI_Allreduce(&work, &all_work, 1, MPI_DOUBLE, MPI_SUM, world);
   if (comm->me) return;
-  std::vector<double> list(1 + PeridemWallMotion::SIZE);
-  list[0] = all_work;
-  motion.pack(&list[1]);
+  std::vector<double> list(2 + PeridemWallMotion::SIZE);
+  list[0] = STAMP.number;
+  list[1] = all_work;
+  motion.pack(&list[2]);
   const auto more = surface->state();
   list.push_back(static_cast<double>(more.size()));
   list.insert(list.end(), more.begin(), more.end());
@@ -797,9 +801,10 @@ void FixPeridemWall::write_restart(FILE *fp)
 void FixPeridemWall::restart(char *buf)
 {
   const auto *list = reinterpret_cast<double *>(buf);
-  work = comm->me == 0 ? list[0] : 0.0;
-  motion.unpack(list + 1);
-  list += 1 + PeridemWallMotion::SIZE;
+  STAMP.check(list[0], fmt::format("Fix {}", style), error);
+  work = comm->me == 0 ? list[1] : 0.0;
+  motion.unpack(list + 2);
+  list += 2 + PeridemWallMotion::SIZE;
   surface->restore(list + 1, static_cast<int>(list[0]));
   started = true;
 }

@@ -28,6 +28,7 @@
 #include "modify.h"
 #include "pair_hybrid.h"
 #include "peridem_lanczos.h"
+#include "peridem_stamp.h"
 #include "update.h"
 
 #include <algorithm>
@@ -388,11 +389,16 @@ void *PairPeridem::extract(const char *str, int &dim)
   return nullptr;
 }
 
-/* ---------------------------------------------------------------------- */
+/* ----------------------------------------------------------------------
+   hybrid styles write settings only
+------------------------------------------------------------------------- */
+
+static constexpr PeridemStamp SETTINGS(1), COEFFICIENTS(1, sizeof(PeridemMaterial));
 
 void PairPeridem::write_restart(FILE *fp)
 {
   write_restart_settings(fp);
+  COEFFICIENTS.write(fp);
   for (int i = 1; i <= ntypes; i++)
     for (int j = i; j <= ntypes; j++) {
       fwrite(&setflag[i][j], sizeof(int), 1, fp);
@@ -405,6 +411,7 @@ void PairPeridem::write_restart(FILE *fp)
 void PairPeridem::read_restart(FILE *fp)
 {
   read_restart_settings(fp);
+  COEFFICIENTS.read(fp, "Pair style " + name, lmp);
   allocate();
   for (int i = 1; i <= ntypes; i++)
     for (int j = i; j <= ntypes; j++) {
@@ -420,6 +427,7 @@ void PairPeridem::read_restart(FILE *fp)
 
 void PairPeridem::write_restart_settings(FILE *fp)
 {
+  SETTINGS.write(fp);
   const int n = static_cast<int>(bonds_id.size());
   fwrite(&n, sizeof(int), 1, fp);
   fwrite(bonds_id.data(), 1, n, fp);
@@ -429,6 +437,7 @@ void PairPeridem::write_restart_settings(FILE *fp)
 
 void PairPeridem::read_restart_settings(FILE *fp)
 {
+  SETTINGS.read(fp, "Pair style " + name, lmp);
   int n;
   if (comm->me == 0) utils::sfread(FLERR, &n, sizeof(int), 1, fp, nullptr, error);
   MPI_Bcast(&n, 1, MPI_INT, 0, world);

@@ -23,6 +23,7 @@
 #include "peridem_compat.h"
 #include "peridem_contact_parser.h"
 #include "peridem_grains.h"
+#include "peridem_stamp.h"
 
 #include "atom.h"
 #include "comm.h"
@@ -956,9 +957,11 @@ double PairPeridemContact::largest_dashpot_ratio() const
 
 static_assert(std::is_trivially_copyable<PeridemContactGiven>::value,
               "restart files hold the bytes of contact coefficients");
+static constexpr PeridemStamp STAMP(2, sizeof(PeridemContactGiven));
 
 void PairPeridemContact::write_restart(FILE *fp)
 {
+  STAMP.write(fp);
   for (int i = 1; i <= ntypes; i++)
     for (int j = i; j <= ntypes; j++) {
       const int set = setflag[i][j] && !mixed[index(i, j)];
@@ -971,6 +974,7 @@ void PairPeridemContact::write_restart(FILE *fp)
 
 void PairPeridemContact::read_restart(FILE *fp)
 {
+  STAMP.read(fp, "Pair style peridem/contact", lmp);
   allocate();
   overlaps_checked = true;
   for (int i = 1; i <= ntypes; i++)

@@ -247,7 +247,9 @@ def test_fix_balance_moves_nodes_between_ranks_at_any_time(style, mpi, rng):
     np.testing.assert_allclose(even["x y z"], alone["x y z"], rtol=0, atol=1e-10)
 
 
-@pytest.mark.parametrize("words", ["friction 0.3 damping 0.2", "friction 0.3 restitution 0.5"])
+@pytest.mark.parametrize(
+    "words", ["friction 0.3 damping 0.2", "onset 0.1 friction 0.3 restitution 0.5"]
+)
 def test_walls_push_and_report_the_same_on_any_number_of_ranks(words, mpi, rng):
     """A moving floor lifts the heap: its reaction, torque, deepest overlap and work."""
     one = tumbling(rng)

@@ -24,12 +24,10 @@ SOLIDS = {
 }
 LAW = Contact(radius=0.95, stiffness=5.0, damping=0.4, friction=0.3, tangential=2.0)
 REBUILD = "neigh_modify every 1 delay 0 check yes"
-
-
 SPRINGS = f"radius {LAW.radius} stiffness {LAW.stiffness} damping 0.4 friction 0.3"
-
-
-RESTITUTION = f"radius {LAW.radius} stiffness {LAW.stiffness} restitution 0.6 friction 0.3"
+RESTITUTION = (
+    f"radius {LAW.radius} stiffness {LAW.stiffness} onset 0.1 restitution 0.6 friction 0.3"
+)
 WRITE = "id mol x y z vx vy vz fx fy fz c_node[1] c_node[2]"
 
 

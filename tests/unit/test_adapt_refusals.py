@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import struct
 from pathlib import Path
 
 import pytest
@@ -70,22 +69,6 @@ def read(simulation, file: Path, extra: str = ""):
     sim = simulation()
     sim.commands(f"atom_style peridem\nread_restart {file}\n{STYLES}{ADAPT}{extra}run 5 post no")
     return sim
-
-
-@pytest.mark.parametrize("which", [0, 1], ids=["layout", "size of a grain"])
-def test_a_restart_file_of_another_version_is_refused(which, simulation, tmp_path):
-    """The first two numbers after the fix's name and the count of bytes say what follows."""
-    file = written(simulation, tmp_path)
-    data = bytearray(file.read_bytes())
-    name = b"peridem/adapt\0"
-    assert data.count(name) >= 1
-    at = data.index(name) + len(name) + 4 + 8 * which
-    (number,) = struct.unpack_from("=d", data, at)
-    assert number == int(number) and 0 < number < 1000
-    struct.pack_into("=d", data, at, number + 1.0)
-    file.write_bytes(data)
-    with pytest.raises(Exception, match="written by another version of the package: go on with"):
-        read(simulation, file)
 
 
 def test_grains_deleted_after_a_restart_are_not_looked_for(simulation, tmp_path):

@@ -16,7 +16,7 @@ from support.oracle import Solid
 from support.runs import Simulation, lps_words, number, read_dump
 
 SOLID = Solid(bulk=30.0, shear=18.0, horizon=2.5, dimension=2, plane="strain")
-LOSSY = "radius 0.95 friction 0.4 restitution 0.7"
+LOSSY = "radius 0.95 onset 0.1 friction 0.4 restitution 0.7"
 ELASTIC = "radius 0.95"
 H = 0.004  # step of contacts: 0.2 of its limit, so that errors of the scheme are small beside it
 
