@@ -81,7 +81,7 @@ bool PeridemContactParser::parse_stiffness(const std::string &key, int &iarg,
     given.stiffness = value(iarg, POSITIVE);
   } else if (key == "onset") {
     fresh(iarg, std::isnan(given.onset));
-    given.onset = value(iarg, PART);
+    given.onset = value(iarg, FROM_0_BELOW_1);
   } else
     return false;
   return true;
@@ -94,7 +94,7 @@ bool PeridemContactParser::parse_loss(const std::string &key, int &iarg, Peridem
   if (key == "restitution") {
     fresh(iarg, std::isnan(given.restitution));
     exclusive(iarg, std::isnan(given.damping), "damping");
-    given.restitution = value(iarg, FRACTION);
+    given.restitution = value(iarg, POSITIVE_UP_TO_1);
   } else if (key == "damping") {
     fresh(iarg, std::isnan(given.damping));
     exclusive(iarg, std::isnan(given.restitution), "restitution");

@@ -37,7 +37,12 @@ class PeridemContactParser : protected Pointers {
   int iarg0;
   int narg{0};
   char **arg{nullptr};
-  enum Range { POSITIVE, NON_NEGATIVE, FRACTION, PART };    // as number() lists them
+  enum Range {
+    POSITIVE,
+    NON_NEGATIVE,
+    POSITIVE_UP_TO_1,
+    FROM_0_BELOW_1
+  };    // as number() lists them
 
   bool parse_stiffness(const std::string &key, int &iarg, PeridemContactGiven &);
   bool parse_loss(const std::string &key, int &iarg, PeridemContactGiven &);

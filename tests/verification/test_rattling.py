@@ -1,10 +1,11 @@
 """Nodes that rattle gain energy with the fourth power of the step; the manual says how much.
 
 A contact opens and closes within a step.  Velocity Verlet keeps a shadow energy while it is closed,
-which differs from the true one by (omega dt)^2 times a number between 0 and 1/8 that depends on
-where within the step the contact began; another such number comes off when it ends.  Their
-difference is zero on average, and its square, which the energy gains, goes with dt^4.  A
-contact that gets stiff little by little has no such kink.
+which is less than that with which the nodes meet by (omega dt)^2 s (1 - s) of it (at most a quarter
+of (omega dt)^2), where s is the part of the step in which the contact was closed when it was
+first seen; as much comes back, with another s, when it ends.  The difference is zero on average,
+and its square, which the energy gains, goes with dt^4.  A contact that gets stiff little by little
+has no such kink (``doc/theory.rst``, "Contacts that open and close").
 """
 
 from __future__ import annotations
