@@ -100,7 +100,7 @@ void FixPeridemTimestep::end_of_step()
 
 void FixPeridemTimestep::set_timestep()
 {
-  limits = stability.find();
+  limits = stability.find(nevery);
   if (!std::isfinite(limits.stable))
     error->all(FLERR, Error::NOLASTLINE,
                "Fix {}: there are neither bonds nor contacts that limit the time step", style);

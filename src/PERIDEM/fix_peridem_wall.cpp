@@ -19,6 +19,7 @@
 #include "fix_peridem_bonds.h"
 #include "pair_peridem_contact.h"
 #include "peridem_contact_parser.h"
+#include "peridem_contact_stiffness.h"
 #include "peridem_grains.h"
 #include "peridem_stamp.h"
 #include "peridem_surface_plane.h"
@@ -686,6 +687,36 @@ double FixPeridemWall::springs_at_a_node() const
   int most = MAX(MIN(surface->most_feet(), domain->dimension), most_touched);
   MPI_Allreduce(MPI_IN_PLACE, &most, 1, MPI_INT, MPI_MAX, world);
   return most;
+}
+
+/* ---------------------------------------------------------------------- */
+
+bool FixPeridemWall::begins_softly() const
+{
+  for (const auto &law : laws)
+    if (law.radius > 0.0 && !law.begins_softly()) return false;
+  return true;
+}
+
+/* ---------------------------------------------------------------------- */
+
+void FixPeridemWall::add_stiffness(PeridemContactStiffness &stiffness, double time)
+{
+  const double *const shift = motion.shift;
+  for (const int i : nearby.nodes()) {
+    const double x[3] = {atom->x[i][0] - shift[0], atom->x[i][1] - shift[1],
+                         atom->x[i][2] - shift[2]};
+    const auto &law = laws[atom->type[i]];
+    const double V = atom->vfrac[i], k = law.spring(V, V), *const v = atom->v[i];
+    feet.clear();
+    surface->feet(x, law.radius + neighbor->skin, feet);
+    for (const auto &foot : feet) {
+      double slide[3];
+      for (int m = 0; m < 3; m++) slide[m] = foot.velocity[m] + motion.velocity[m] - v[m];
+      if (foot.distance < PeridemContactStiffness::reach(law.radius, slide, time))
+        stiffness.add(i, PeridemContactStiffness::WALL, k, law.tangential_ratio() * k, foot.normal);
+    }
+  }
 }
 
 /* ---------------------------------------------------------------------- */

@@ -38,6 +38,7 @@ namespace LAMMPS_NS {
 class FixPeridemAdapt;
 class FixPeridemBonds;
 class PairPeridemContact;
+class PeridemContactStiffness;
 
 // A surface that nodes of grains touch with the same law as each other, still or moving.
 
@@ -77,6 +78,9 @@ class FixPeridemWall : public Fix {
   double elastic_energy() const { return energy; }
   double spring_energy() const { return springs; }
 
+  // what may hold nodes within some time
+  bool begins_softly() const;
+  void add_stiffness(PeridemContactStiffness &, double time);
   // bounds over all nodes that can touch the wall
   double largest_frequency_sq() const;
   double largest_dashpot_ratio() const;

@@ -686,19 +686,17 @@ void PairPeridemContact::book(int i, int j, std::vector<double> &forces, const d
 }
 
 /* ----------------------------------------------------------------------
-   visit(i, j, depth, spring, share of this rank) for every pair that touches
+   visit(i, j, contact distance, square of their distance, memory) for every pair that may touch
 ------------------------------------------------------------------------- */
 
-template <class Visit> void PairPeridemContact::for_touching(Visit visit) const
+template <class Visit> void PairPeridemContact::for_near(Visit visit) const
 {
   if (!indices_valid()) return;
   double **x = atom->x;
   auto look = [&](int i, int j, double distance, int memory) {
     double rsq = 0.0;
     for (int m = 0; m < 3; m++) rsq += (x[j][m] - x[i][m]) * (x[j][m] - x[i][m]);
-    if (rsq < distance * distance)
-      visit(i, j, distance - std::sqrt(rsq), memory < 0 ? nullptr : &springs[memory],
-            j < atom->nlocal ? 1.0 : 0.5);
+    visit(i, j, distance, rsq, memory);
   };
   for (std::size_t row = 0; row < row_node.size(); row++)
     for (int k = row_first[row]; k < row_first[row + 1]; k++) {
@@ -706,6 +704,19 @@ template <class Visit> void PairPeridemContact::for_touching(Visit visit) const
       look(i, j, laws[index(atom->type[i], atom->type[j])].radius, any_springs ? memories[k] : -1);
     }
   for (const auto &pair : fragments) look(pair.i, pair.j, pair.distance, pair.memory);
+}
+
+/* ----------------------------------------------------------------------
+   visit(i, j, depth, spring, share of this rank) for every pair that touches
+------------------------------------------------------------------------- */
+
+template <class Visit> void PairPeridemContact::for_touching(Visit visit) const
+{
+  for_near([&](int i, int j, double distance, double rsq, int memory) {
+    if (rsq < distance * distance)
+      visit(i, j, distance - std::sqrt(rsq), memory < 0 ? nullptr : &springs[memory],
+            j < atom->nlocal ? 1.0 : 0.5);
+  });
 }
 
 /* ---------------------------------------------------------------------- */
@@ -845,14 +856,19 @@ void PairPeridemContact::add_impact(const Impact &impact)
 }
 
 /* ----------------------------------------------------------------------
-   which body every node belongs to, and how that moves if the node touches; or springs over mass
+   which body every node belongs to, and how that moves if the node touches; or what the bound on
+   frequencies asks for
 ------------------------------------------------------------------------- */
 
 int PairPeridemContact::pack_forward_comm(int n, int *list, double *buf, int, int *)
 {
-  if (sending == SPRINGS) {
-    for (int m = 0; m < n; m++) buf[m] = springs_at[list[m]];
+  if (sending == HELD_BY) {
+    for (int m = 0; m < n; m++) buf[m] = held_by[list[m]];
     return n;
+  }
+  if (sending == VELOCITIES) {
+    for (int m = 0; m < n; m++) memcpy(buf + 3 * m, velocity(list[m]), 3 * sizeof(double));
+    return 3 * n;
   }
   for (int m = 0; m < n; m++) {
     const int i = list[m];
@@ -866,10 +882,22 @@ int PairPeridemContact::pack_forward_comm(int n, int *list, double *buf, int, in
 
 void PairPeridemContact::unpack_forward_comm(int n, int first, double *buf)
 {
-  if (sending == SPRINGS)
-    for (int m = 0; m < n; m++) springs_at[first + m] = buf[m];
-  else if (n)
+  if (!n) return;
+  if (sending == HELD_BY)
+    memcpy(&held_by[first], buf, n * sizeof(double));
+  else if (sending == VELOCITIES)
+    memcpy(&ghost_velocity[3 * (first - atom->nlocal)], buf, 3 * n * sizeof(double));
+  else
     memcpy(static_cast<void *>(&body_of[first]), buf, n * sizeof(PeridemBody));
+}
+
+/* ---------------------------------------------------------------------- */
+
+void PairPeridemContact::send(Message what)
+{
+  sending = what;
+  comm->forward_comm(this);
+  sending = BODIES;
 }
 
 /* ---------------------------------------------------------------------- */
@@ -879,58 +907,120 @@ double PairPeridemContact::lightest(int itype) const
   return adapt ? adapt->lightest(itype) : extremes.lightest[itype];
 }
 
+/* ---------------------------------------------------------------------- */
+
+bool PairPeridemContact::begins_softly() const
+{
+  for (const auto &law : laws)
+    if (law.radius > 0.0 && !law.begins_softly()) return false;
+  return true;
+}
+
 /* ----------------------------------------------------------------------
-   A node is taken to touch up to three others at a time in 2d, four in 3d; contacts beyond that are
-   looked at.
+   two nodes that touch, the lighter one of the lightest of its type, with so many springs each
 ------------------------------------------------------------------------- */
 
-double PairPeridemContact::largest_frequency_sq()
+double PairPeridemContact::frequency_sq_with(double springs) const
 {
   double largest = 0.0;
-  const double most = domain->dimension + 1;    // nodes touched at a time
   for (int i = 1; i <= ntypes; i++)
     for (int j = 1; j <= ntypes; j++) {
       const auto &law = laws[index(i, j)];
       if (law.radius == 0.0 || extremes.largest[i] == 0.0 || extremes.largest[j] == 0.0) continue;
       // the lightest node of type i against the largest of type j
       const double k = law.spring(extremes.smallest[i], extremes.largest[j]);
-      largest = MAX(largest, 2.0 * most * k / lightest(i));
+      largest = MAX(largest, 2.0 * springs * k / lightest(i));
     }
+  return largest;
+}
+
+/* ---------------------------------------------------------------------- */
+
+double PairPeridemContact::largest_frequency_sq()
+{
+  // of contacts that come at any time: a node is taken to touch so many others
+  const double most = timed ? 1.0 : domain->dimension + 1;
+  double largest = frequency_sq_with(most);
   largest = std::max(largest, frequency_sq_now());    // MAX would ask all ranks twice, or not
   MPI_Allreduce(MPI_IN_PLACE, &largest, 1, MPI_DOUBLE, MPI_MAX, world);
   return largest;
 }
 
+/* ---------------------------------------------------------------------- */
+
+PeridemContactStiffness &PairPeridemContact::gather_stiffness()
+{
+  timed = false;
+  stiffness.start(atom->nlocal, domain->dimension);
+  for_touching([&](int i, int j, double, const Spring *, double) {
+    add_stiffness(i, j);
+  });
+  return stiffness;
+}
+
 /* ----------------------------------------------------------------------
-   Gershgorin's bound for the matrix of the contacts instead of that of the nodes, which has the same
-   frequencies: the largest sum over the two nodes of a contact of springs at the node over its mass.
-   Nodes that do not move alone have bounds of their own, and count as the other one.
+   contacts that there may be within the time
+------------------------------------------------------------------------- */
+
+PeridemContactStiffness &PairPeridemContact::gather_stiffness(double time)
+{
+  timed = true;
+  stiffness.start(atom->nlocal, domain->dimension);
+  ghost_velocity.resize(3 * static_cast<std::size_t>(atom->nghost));
+  send(VELOCITIES);
+  for_near([&](int i, int j, double distance, double rsq, int) {
+    const double *const vi = velocity(i), *const vj = velocity(j);
+    const double slide[3] = {vj[0] - vi[0], vj[1] - vi[1], vj[2] - vi[2]};
+    const double reach = PeridemContactStiffness::reach(distance, slide, time);
+    if (rsq < reach * reach) add_stiffness(i, j);
+  });
+  return stiffness;
+}
+
+/* ---------------------------------------------------------------------- */
+
+void PairPeridemContact::add_stiffness(int i, int j)
+{
+  double n[3] = {}, rsq = 0.0;
+  for (int m = 0; m < 3; m++) {
+    n[m] = atom->x[j][m] - atom->x[i][m];
+    rsq += n[m] * n[m];
+  }
+  if (rsq > 0.0)
+    for (double &part : n) part /= std::sqrt(rsq);
+  else
+    n[0] = 1.0;    // as the force has it
+  const auto &law = laws[index(atom->type[i], atom->type[j])];
+  const double k = law.spring(atom->vfrac[i], atom->vfrac[j]);
+  stiffness.add(i, j, k, law.tangential_ratio() * k, n);
+}
+
+/* ---------------------------------------------------------------------- */
+
+const double *PairPeridemContact::velocity(int i) const
+{
+  return i < atom->nlocal ? atom->v[i] : &ghost_velocity[3 * (i - atom->nlocal)];
+}
+
+/* ----------------------------------------------------------------------
+   The matrix of the contacts has the frequencies of that of the nodes. It is a sum over the nodes,
+   whose parts are no larger than the largest eigenvalue of the node's stiffness over its mass, and are
+   nothing but for the node's contacts: so no frequency squared is above the largest sum of the two of
+   a contact. With springs in place of eigenvalues this is Gershgorin's bound. Nodes that do not move
+   alone have bounds of their own, and count as the other one.
 ------------------------------------------------------------------------- */
 
 double PairPeridemContact::frequency_sq_now()
 {
-  const int nlocal = atom->nlocal;
-  springs_at.assign(nlocal + atom->nghost, 0.0);
-  auto spring = [this](int i, int j) {
-    return laws[index(atom->type[i], atom->type[j])].spring(atom->vfrac[i], atom->vfrac[j]);
-  };
-  for_touching([&](int i, int j, double, const Spring *, double) {
-    const double k = spring(i, j);
-    springs_at[i] += k;
-    springs_at[j] += k;
-  });
-  for (int i = 0; i < nlocal; i++)
-    springs_at[i] = adapt && !adapt->moves_alone(i) ? -1.0 : springs_at[i] / atom->rmass[i];
-  sending = SPRINGS;
-  comm->forward_comm(this);
-  sending = BODIES;
-
-  double largest = 0.0;
-  for_touching([&](int i, int j, double, const Spring *, double) {
-    const double a = springs_at[i], b = springs_at[j];
-    largest = MAX(largest, (a < 0.0 ? b : a) + (b < 0.0 ? a : b));
-  });
-  return largest;
+  held_by.assign(atom->nlocal + atom->nghost, 0.0);
+  const auto &nodes = stiffness.nodes();
+  for (std::size_t n = 0; n < nodes.size(); n++) {
+    const int i = nodes[n];
+    const double k = timed ? stiffness.largest(n) : stiffness.springs(n);
+    held_by[i] = adapt && !adapt->moves_alone(i) ? -1.0 : k / atom->rmass[i];
+  }
+  send(HELD_BY);
+  return stiffness.largest_pair(held_by);
 }
 
 /* ----------------------------------------------------------------------
@@ -997,5 +1087,7 @@ double PairPeridemContact::memory_usage()
       sizeof(FragmentPair) * static_cast<double>(fragments.capacity()) +
       sizeof(int) * static_cast<double>(memories.capacity()) +
       sizeof(Spring) * static_cast<double>(springs.capacity()) +
-      sizeof(PeridemBody) * static_cast<double>(body_of.capacity()) + bodies.memory_usage();
+      sizeof(PeridemBody) * static_cast<double>(body_of.capacity()) + bodies.memory_usage() +
+      sizeof(double) * static_cast<double>(held_by.capacity() + ghost_velocity.capacity()) +
+      stiffness.memory_usage();
 }

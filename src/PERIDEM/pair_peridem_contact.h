@@ -24,6 +24,7 @@ PairStyle(peridem/contact,PairPeridemContact);
 #include "peridem_books.h"
 #include "peridem_collisions.h"
 #include "peridem_contact_law.h"
+#include "peridem_contact_stiffness.h"
 #include "peridem_grains.h"
 #include "peridem_level.h"
 #include "update.h"
@@ -63,7 +64,13 @@ class PairPeridemContact : public Pair {
   bool covers(int itype) const { return !given.empty() && setflag[itype][itype]; }
   const PeridemContactGiven &own(int itype) const { return given[index(itype, itype)]; }
 
-  // bounds over the contacts that are and the stiffest that can be; collective
+  // Bounds on frequencies; collective.  They are over the contacts that are and the stiffest that can
+  // ever be; or, if all begin softly, over those that there may be within some time, and one of
+  // the lightest nodes. What holds nodes is gathered first: walls add theirs to contacts of a time.
+  bool begins_softly() const;
+  PeridemContactStiffness &gather_stiffness();
+  PeridemContactStiffness &gather_stiffness(double time);
+  double single_frequency_sq() const { return frequency_sq_with(1.0); }
   double largest_frequency_sq();
   double largest_dashpot_ratio() const;
 
@@ -144,10 +151,19 @@ class PairPeridemContact : public Pair {
   PeridemSpread spread;                // forces on bodies
   bigint moved{-1};                    // the step at which bodies was used last
 
-  // for the bound on frequencies: springs at owned and ghost nodes over their masses
-  std::vector<double> springs_at;
+  // for the bound on frequencies
+  PeridemContactStiffness stiffness;
+  bool timed{false};                     // it is of a time
+  std::vector<double> held_by;           // stiffness at owned and ghost nodes over their masses
+  std::vector<double> ghost_velocity;    // three numbers for each ghost
+  double frequency_sq_with(double springs) const;
   double frequency_sq_now();
-  enum { BODIES, SPRINGS } sending{BODIES};    // what ghosts hear of
+  void add_stiffness(int i, int j);
+  const double *velocity(int i) const;
+
+  enum Message { BODIES, HELD_BY, VELOCITIES };
+  Message sending{BODIES};    // what ghosts hear of
+  void send(Message);
 
   std::size_t index(int itype, int jtype) const { return itype * (ntypes + 1) + jtype; }
   bool indices_valid() const { return list_nlocal == atom->nlocal; }
@@ -174,6 +190,7 @@ class PairPeridemContact : public Pair {
   void find_collisions();
   void add_impact(const Impact &);
   void book(int i, int j, std::vector<double> &forces, const double *force);
+  template <class Visit> void for_near(Visit) const;
   template <class Visit> void for_touching(Visit) const;
   void impact_pass();
   int find_spring(int i, int j);

@@ -76,7 +76,13 @@ class PeridemContactLaw {
     return dim == 2 ? modulus : modulus * 0.5 * (std::cbrt(Vi) + std::cbrt(Vj));
   }
 
+  // tangential over normal spring
+  double tangential_ratio() const { return uses_history() ? ratio : 0.0; }
+
   double dashpot() const { return damping; }
+
+  // contacts begin without stiffness
+  bool begins_softly() const { return depth > 0.0; }
 
   // repulsion of a spring k at an overlap >= 0. Over the depth of the onset its stiffness grows from
   // nothing to k, so that time steps meet no kink where a contact opens or closes

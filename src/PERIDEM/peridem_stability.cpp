@@ -42,6 +42,9 @@ static constexpr double MATTERS = 0.43;
 // two limits at one level are together at least this part of the shorter: 1/sqrt(2)
 static constexpr double RESONANT = 0.7;
 
+// who looks no sooner than after so many steps may meet contacts that no list has yet
+static constexpr int LATE = 100;
+
 /* ---------------------------------------------------------------------- */
 
 PeridemStability::PeridemStability(LAMMPS *lmp) : Pointers(lmp) {}
@@ -99,7 +102,7 @@ void PeridemStability::find_counts(Limits &limits) const
    sqrt(1 + z^2) - z.
 ------------------------------------------------------------------------- */
 
-PeridemStability::Limits PeridemStability::find()
+PeridemStability::Limits PeridemStability::find(int again)
 {
   if (!kept) styles = find_styles();
   const auto &solids = styles.solids;
@@ -114,12 +117,13 @@ PeridemStability::Limits PeridemStability::find()
 
   const bool rigid = styles.adapt && !styles.adapt->any_deformable();
   const double bonds_sq = rigid ? 0.0 : bond_frequency_sq * force->ftm2v;
-  const double contacts_sq = contact_frequency_sq() * force->ftm2v;
   const double z = largest_dashpot_ratio(bonds_sq);
   const double shorter = std::sqrt(1.0 + z * z) - z;
 
   Limits limits;
   find_counts(limits);
+  const int steps = again == NEVER ? NEVER : again * limits.contact_count;
+  const double contacts_sq = contact_frequency_sq(steps) * force->ftm2v;
   limits.bonds = bonds_sq > 0.0 ? 2.0 / std::sqrt(bonds_sq) : INFINITE;
   limits.contacts = contacts_sq > 0.0 ? 2.0 / std::sqrt(contacts_sq) : INFINITE;
   limits.springs =
@@ -130,12 +134,41 @@ PeridemStability::Limits PeridemStability::find()
   return limits;
 }
 
+/* ----------------------------------------------------------------------
+   Contacts that begin softly are no danger while nobody has seen them; others have to be expected
+   anywhere.
+------------------------------------------------------------------------- */
+
+bool PeridemStability::contacts_begin_softly() const
+{
+  for (const auto *wall : styles.walls)
+    if (!wall->begins_softly()) return false;
+  return styles.contact->begins_softly();
+}
+
 /* ---------------------------------------------------------------------- */
 
-double PeridemStability::contact_frequency_sq() const
+void PeridemStability::gather_stiffness(int steps) const
+{
+  if (steps == NEVER || steps > LATE || !contacts_begin_softly()) {
+    styles.contact->gather_stiffness();
+    return;
+  }
+  const double single_sq = styles.contact->single_frequency_sq() * force->ftm2v;
+  const double time = single_sq > 0.0 ? 2.0 * steps / std::sqrt(single_sq) : 0.0;
+  auto &stiffness = styles.contact->gather_stiffness(time);
+  for (auto *wall : styles.walls) wall->add_stiffness(stiffness, time);
+}
+
+/* ---------------------------------------------------------------------- */
+
+double PeridemStability::contact_frequency_sq(int steps) const
 {
   double largest = 0.0;
-  if (styles.contact) largest = styles.contact->largest_frequency_sq();
+  if (styles.contact) {
+    gather_stiffness(steps);
+    largest = styles.contact->largest_frequency_sq();
+  }
   for (const auto *wall : styles.walls) largest = std::max(largest, wall->largest_frequency_sq());
   if (styles.adapt) largest = std::max(largest, styles.adapt->largest_frequency_sq());
   return largest;

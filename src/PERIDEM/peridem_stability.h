@@ -49,8 +49,10 @@ class PeridemStability : protected Pointers {
   // before a run, by who asks often: no style comes or goes before the next call
   void keep_styles();
 
-  // collective: all ranks call it, after forces have been computed
-  Limits find();
+  // collective: all ranks call it, after forces have been computed; if it is asked again within so
+  // many steps, contacts that come later need no room
+  static constexpr int NEVER = -1;
+  Limits find(int again = NEVER);
 
  private:
   struct Styles {
@@ -66,7 +68,9 @@ class PeridemStability : protected Pointers {
 
   Styles find_styles() const;
   void find_counts(Limits &) const;
-  double contact_frequency_sq() const;
+  bool contacts_begin_softly() const;
+  void gather_stiffness(int steps) const;
+  double contact_frequency_sq(int steps) const;
   double largest_dashpot_ratio(double bonds_sq) const;
   double speed_limit() const;
 };

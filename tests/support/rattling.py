@@ -20,6 +20,7 @@ from .runs import Simulation
 # of two nodes of mass 1 whose spring is 1: half the period of their vibration
 CONTACT = math.pi / math.sqrt(2.0)
 SAFETIES = (0.9, 0.8, 0.6, 0.5, 0.4, 0.2)
+PARTS = (0, 1, 2, 4)  # onsets, over the overlap
 OVERLAP = 0.01  # of two nodes, at their mean square speed, over the contact distance
 
 CROWD = f"""
@@ -63,7 +64,7 @@ def gain(
 if __name__ == "__main__":
     with tempfile.TemporaryDirectory() as folder:
         print("energy gained in the time of one contact, by the onset over the overlaps")
-        print("safety  " + "".join(f"{part:<10}" for part in (0, 1, 2)))
+        print("safety  " + "".join(f"{part:<10}" for part in PARTS))
         for safety in SAFETIES:
-            found = [gain(Path(folder), safety, part * OVERLAP) for part in (0, 1, 2)]
+            found = [gain(Path(folder), safety, part * OVERLAP) for part in PARTS]
             print(f"{safety:<6}  " + "".join(f"{one:<10.1e}" for one in found))
