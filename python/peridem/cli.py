@@ -318,14 +318,22 @@ def _run(options: argparse.Namespace) -> int:
         "checkpoint": options.checkpoint,
         "variables": dict(options.var),
     }
+    try:
+        if options.in_process:
+            report = run.run_in_process(script, **words)
+        else:
+            report = run.run(script, options.ranks, options.lmp, **words)
+    except run.RunError as error:
+        if error.restart is None:
+            raise
+        again = _resuming(options, script.parent)
+        hint = f"{error.restart} is where '{again}' goes on, once the cause is gone"
+        raise run.RunError(f"{error}\n{hint}") from error
     if options.in_process:
-        report = run.run_in_process(script, **words)
         from mpi4py import MPI
 
         if MPI.COMM_WORLD.Get_rank() != 0:
             return 0
-    else:
-        report = run.run(script, options.ranks, options.lmp, **words)
     how = "stopped at" if report.stopped else "reached"
     print(f"{how} step {report.steps} after {report.wall_time:.1f} s, in {script.parent}")
     if not report.stopped:
@@ -342,6 +350,8 @@ def _resuming(options: argparse.Namespace, folder: Path) -> str:
     path = folder if cli_source.is_source(options.path) else options.path
     ranks = [] if options.ranks == 1 else ["-np", str(options.ranks)]
     given = [word for name, value in options.var for word in ("--var", name, value)]
+    if options.checkpoint:
+        given += ["--checkpoint", str(options.checkpoint)]
     return shlex.join(["peridem", "run", str(path), *ranks, *given, "--resume"])
 
 

@@ -96,10 +96,11 @@ def _log(path: Path) -> list[str]:
 def mesh_line(made: Cloud) -> str:
     """What a mesh holds."""
     what = "area" if made.dimension == 2 else "volume"
+    apart = f", in {len(made.pieces)} pieces that no cell joins" if len(made.pieces) > 1 else ""
     return (
         f"{made.name}: {len(made.nodes)} nodes ({made.surface.sum()} on the boundary), "
         f"{len(made.cells)} cells, {what} {made.volumes.sum():.6g}, "
-        f"smallest spacing {made.spacing:.4g}"
+        f"smallest spacing {made.spacing:.4g}{apart}"
     )
 
 

@@ -71,6 +71,16 @@ class Cloud:
         return unique_faces(self.cells, 2)[0]
 
     @property
+    def links(self) -> Cells:
+        """Sides enough to join the nodes of each cell: pairs of node numbers, (d m, 2)."""
+        return np.vstack([self.cells[:, [0, k]] for k in range(1, self.dimension + 1)])
+
+    @cached_property
+    def pieces(self) -> NDArray[np.int64]:
+        """Nodes of each piece that cells join, (p,), the largest first: one for a whole grain."""
+        return piece_sizes(len(self.nodes), self.links)
+
+    @property
     def measure(self) -> float:
         """All volumes together; the area in 2D."""
         return float(self.volumes.sum())
@@ -428,6 +438,16 @@ def unique_faces(cells: Cells, corners: int) -> tuple[Cells, NDArray[np.int64]]:
     faces = np.sort(np.vstack([cells[:, list(c)] for c in columns]), axis=1)
     unique, count = np.unique(faces, axis=0, return_counts=True)
     return unique, count
+
+
+def piece_sizes(n: int, pairs: Cells) -> NDArray[np.int64]:
+    """How many of n nodes are in each piece that pairs of them, (e, 2), join; the largest first."""
+    from scipy.sparse import coo_array
+    from scipy.sparse.csgraph import connected_components
+
+    graph = coo_array((np.ones(len(pairs), dtype=np.int8), pairs.T), shape=(n, n))
+    label = connected_components(graph, directed=False)[1]
+    return np.sort(np.bincount(label))[::-1]
 
 
 def _repeats(rows: Cells) -> NDArray[np.bool_]:

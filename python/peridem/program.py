@@ -71,13 +71,20 @@ def run(scripts: Path | Sequence[Path], chosen: argparse.Namespace) -> list[RunR
         else:
             reports = _in_turn(every, chosen)
     except RunError as error:
-        raise SystemExit(str(error)) from error
+        message = str(error)
+        if error.restart:
+            message += f"\nonce the cause is gone, go on with: {_again(error.restart)}"
+        raise SystemExit(message) from error
     for script, report in zip(every, reports, strict=False):
         if report.stopped:
-            again = f"peridem run {script.parent} --resume"
-            print(f"stopped at step {report.steps}; go on with: {again}", file=sys.stderr)
+            print(f"stopped at step {report.steps}; go on with: {_again(script)}", file=sys.stderr)
             raise SystemExit(STOPPED)
     return reports
+
+
+def _again(inside: Path) -> str:
+    """The command that goes on with the run in the folder of a file."""
+    return f"peridem run {inside.parent} --resume"
 
 
 def _in_turn(scripts: Sequence[Path], chosen: argparse.Namespace) -> list[RunReport]:

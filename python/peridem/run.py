@@ -21,11 +21,11 @@ import subprocess
 import threading
 import time
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
 from types import FrameType
-from typing import Any
+from typing import Any, TypeVar
 
 from peridem import run_journal
 from peridem.results_dump import frame_index
@@ -43,15 +43,23 @@ from peridem.run_script import (
     part_name,
     prepare,
     total_steps,
+    units,
 )
 
 __all__ = ["LOG", "RunError", "RunReport", "find_lmp", "find_script", "run", "run_in_process"]
 
+Failure = TypeVar("Failure", bound=BaseException)
 GRACE = 60.0  # seconds between the request to stop and the end by force
 
 
 class RunError(RuntimeError):
-    """LAMMPS could not be started or failed; the message says why and where."""
+    """LAMMPS could not be started or failed; the message says why and where.
+
+    Attributes:
+        restart: from which the run can go on once the cause is gone; None: there is none.
+    """
+
+    restart: Path | None = None
 
 
 @dataclass(frozen=True)
@@ -175,15 +183,14 @@ def run(
         try:
             with stop_requests() as requests:
                 report = _watch(job, lambda: process.poll() is not None, requests, quiet, GRACE)
-        except BaseException:
+        except BaseException as error:
             _end(process)
-            job.close("failed")
+            job.fail(error)
             raise
     output = (job.folder / "screen.txt").read_text(errors="replace")
     (job.folder / "screen.txt").unlink()
     if process.returncode == 0 and not resume and not (job.folder / LOG).is_file():
-        job.close("failed")
-        raise RunError(f"{find_lmp(lmp)} has written no {LOG}: is it LAMMPS?")
+        raise job.fail(RunError(f"{find_lmp(lmp)} has written no {LOG}: is it LAMMPS?"))
     if process.returncode < 0:  # as mpirun says it
         name = signal.strsignal(-process.returncode)
         output += f"lmp exited on signal {-process.returncode} ({name}).\n"
@@ -306,6 +313,11 @@ class _Job:
         return self.folder / f".{self.script.name}.running"
 
     @property
+    def units(self) -> str:
+        """The system of units, for what is shown on the way."""
+        return units(self.script.read_text(), self.folder)
+
+    @property
     def reports(self) -> Path:
         """Where LAMMPS reports how far it is."""
         return self.folder / f"{run_journal.stem(self.script)}.progress"
@@ -354,6 +366,14 @@ class _Job:
         self._join_parts()
         run_journal.note(self.script, state)
 
+    def fail(self, error: Failure) -> Failure:
+        """Tidy up after an error, which, if it is of the run, says where that can go on."""
+        self.close("failed")
+        if isinstance(error, RunError):
+            with suppress(OSError, ValueError):
+                error.restart = self.folder / run_journal.resume_point(self.script).restart
+        return error
+
     def result(self, report: RunReport, failed: bool, output: str) -> RunReport:
         """The report of a run that is over.
 
@@ -361,7 +381,6 @@ class _Job:
             RunError: LAMMPS failed.
         """
         if failed:
-            self.close("failed")
             log = self.folder / LOG
             written = log.read_text(errors="replace") if log.is_file() else ""
             message = failure(
@@ -370,7 +389,7 @@ class _Job:
                 self.prepared.text,
                 self.prepared.origin,
             )
-            raise RunError(message)
+            raise self.fail(RunError(message))
         # asked to stop, it may have come to its end meanwhile
         ended = report.stopped and self._complete()
         self.close("finished" if not report.stopped or ended else "stopped")
@@ -445,7 +464,7 @@ def _watch(
     A second request, or one that is not heeded within the time of grace, ends it by force.
     """
     text = job.script.read_text()
-    follower = Follower(job.folder / LOG, job.reports, drift_columns(text))
+    follower = Follower(job.folder / LOG, job.reports, drift_columns(text), job.units)
     begin = time.monotonic()
     asked_at: float | None = None
     start = job.resume.step if job.resume else 0

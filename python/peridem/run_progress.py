@@ -13,22 +13,35 @@ from rich.console import Console
 from rich.progress import BarColumn, Progress, Task, TextColumn
 from rich.table import Column
 
+# of time and energy, by LAMMPS's systems of units; those of lj have none
+UNITS = {
+    "si": (" s", " J"),
+    "cgs": (" s", " erg"),
+    "metal": (" ps", " eV"),
+    "real": (" fs", " kcal/mol"),
+    "electron": (" fs", " hartree"),
+    "micro": (" us", " pg um^2/us^2"),
+    "nano": (" ns", " ag nm^2/ns^2"),
+}
+
 
 @dataclass
 class State:
-    """What is known of a run: step, time, broken bonds, drift of the energy balance."""
+    """What is known of a run: step, time, broken bonds, drift of the energy balance; its units."""
 
     step: int = 0
     time: float | None = None
     broken: int | None = None
     drift: float | None = None
+    units: str = "lj"
 
     def __str__(self) -> str:
-        words = [] if self.time is None else [f"t {self.time:.4g}"]
+        time, energy = UNITS.get(self.units, ("", ""))
+        words = [] if self.time is None else [f"t {self.time:.4g}{time}"]
         if self.broken is not None:
             words.append(f"{self.broken:,} broken")
         if self.drift is not None:
-            words.append(f"drift {self.drift:.1e}")
+            words.append(f"drift {self.drift:.1e}{energy}")
         return ", ".join(words)
 
 
@@ -39,10 +52,13 @@ class Follower:
         log: of LAMMPS.
         reports: lines with step, time and, perhaps, the number of broken bonds.
         drift: names of thermo columns that hold the energy drift.
+        units: LAMMPS's name of the system of units.
     """
 
-    def __init__(self, log: Path, reports: Path, drift: tuple[str, ...] = ()) -> None:
-        self.state = State()
+    def __init__(
+        self, log: Path, reports: Path, drift: tuple[str, ...] = (), units: str = "lj"
+    ) -> None:
+        self.state = State(units=units)
         self._log, self._reports = _Tail(log), _Tail(reports)
         self._drift = drift
         self._names: list[str] = []

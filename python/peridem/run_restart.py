@@ -29,7 +29,16 @@ def restart_step(path: str | Path) -> int:
     Raises:
         ValueError: it is no restart file, or not a whole one.
     """
-    path = Path(path)
+    return _header(Path(path))[1]
+
+
+def restart_units(path: str | Path) -> str:
+    """The system of units of a binary restart file; raises as :func:`restart_step`."""
+    return _header(Path(path))[0]
+
+
+def _header(path: Path) -> tuple[str, int]:
+    """Units and step."""
     with path.open("rb") as file:
         if file.read(len(MAGIC)) != MAGIC:
             raise ValueError(f"{path} is no restart file of LAMMPS")
@@ -40,20 +49,21 @@ def restart_step(path: str | Path) -> int:
         endian, _revision = struct.unpack("=ii", file.read(8))
         if endian != 1:
             raise ValueError(f"{path} was written on a machine with another order of bytes")
-        return _step_of_header(file, path)
+        return _records(file, path)
 
 
-def _step_of_header(file: BinaryIO, path: Path) -> int:
+def _records(file: BinaryIO, path: Path) -> tuple[str, int]:
     """Reads the header's records, each a number that says which, and its value."""
-    wide = 8
+    wide, units = 8, ""
     while True:
         (flag,) = struct.unpack("=i", file.read(4))
         if flag == _NTIMESTEP:
             (step,) = struct.unpack("=q" if wide == 8 else "=i", file.read(wide))
-            return int(step)
+            return units, int(step)
         if flag in (_VERSION, _UNITS):
             (count,) = struct.unpack("=i", file.read(4))
-            file.seek(count, os.SEEK_CUR)
+            text = file.read(count).rstrip(b"\0").decode(errors="replace")
+            units = text if flag == _UNITS else units
         elif flag in (_SMALLINT, _TAGINT, _BIGINT, _IMAGEINT):
             (size,) = struct.unpack("=i", file.read(4))
             wide = size if flag == _BIGINT else wide

@@ -15,9 +15,12 @@ LAMMPS gets a copy of the script with a few more commands, all of their names be
 from __future__ import annotations
 
 import re
+import struct
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
+
+from peridem.run_restart import restart_units
 
 LOG, STOP = "log.lammps", "stop"
 CHECK = 20  # steps between two looks for the stop file
@@ -180,6 +183,20 @@ def drift_columns(text: str) -> tuple[str, ...]:
     """Thermo columns with the drift of the energy balance (``compute peridem/energy``)."""
     made = re.search(r"^\s*compute\s+(\S+)\s+\S+\s+peridem/energy\b", text, re.MULTILINE)
     return (f"c_{made[1]}[8]", f"c_{made[1]}") if made else ()
+
+
+def units(text: str, folder: Path) -> str:
+    """The system of units of a script, also where a restart file says it; '' if none is known."""
+    found = "lj"  # as LAMMPS begins
+    for command in _inlined(commands(text), folder):
+        if command.name == "units" and len(command.words) > 1:
+            found = command.words[1]
+        elif command.name == "read_restart" and len(command.words) > 1:
+            try:
+                found = restart_units(folder / command.words[1])
+            except (OSError, ValueError, struct.error):  # not there yet, or a * in its name
+                found = ""
+    return found
 
 
 def prepare(

@@ -14,6 +14,7 @@ from __future__ import annotations
 import json
 import math
 import shutil
+import warnings
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
@@ -38,7 +39,7 @@ from peridem.material import (
 )
 from peridem.packing import Packing
 from peridem.stages import START, Beginning, sides
-from peridem.timestep import StableStep, stable_step
+from peridem.timestep import StableStep, pieces, stable_step
 from peridem.walls import FIXES, AnyWall, RegionWall, Wall
 
 __all__ = [
@@ -315,6 +316,28 @@ class Scene:
                         "at the start; its normal must point to the grains"
                     )
 
+    def _warn_of_pieces(self) -> None:
+        """Of grains that are several bodies from the start, the largest of each mesh looked at."""
+        kinds: dict[tuple[int, float], list[int]] = {}
+        for number, grain in enumerate(self.grains, 1):
+            reach = [m.horizon for m in grain.materials() if not isinstance(m, Inert)]
+            if reach and not self.periodic:  # across a boundary there are more bonds
+                # grains placed from one cloud share its cells
+                kinds.setdefault((id(grain.cloud.cells), max(reach)), []).append(number)
+        for (_, horizon), numbers in kinds.items():
+            largest = max(numbers, key=lambda k: self.grains[k - 1].cloud.measure)
+            cloud = self.grains[largest - 1].cloud
+            sizes = pieces(cloud, horizon)
+            if len(sizes) > 1:
+                more = f" (and {len(numbers) - 1} more of its mesh)" if len(numbers) > 1 else ""
+                nodes = ", ".join(map(str, sizes[:8])) + (", ..." if len(sizes) > 8 else "")
+                warnings.warn(
+                    f"scene: grain {largest}{more}, '{cloud.name}', is of {len(sizes)} pieces, of "
+                    f"{nodes} nodes, that no bond within the horizon {horizon:g} joins: they move "
+                    "as separate bodies with one molecule-ID; make a grain of each",
+                    stacklevel=3,
+                )
+
     def _check_loads(self) -> None:
         loads = [("motion", m.name, m.nodes) for m in self.motions]
         loads += [("force", f.name, f.nodes) for f in self.forces]
@@ -525,10 +548,13 @@ class Scene:
     def write(self, folder: str | Path) -> Path:
         """Write the scene into a folder, made if missing; returns the path of the input script.
 
+        A warning names grains of several pieces that no bond joins.
+
         Raises:
             ValueError: a node without a bond within the horizon.
         """
         script = self.script()
+        self._warn_of_pieces()
         folder = Path(folder)
         begin = self.begin.restart if self.begin is not None else None
         new = begin is not None and begin != (folder / START).resolve()

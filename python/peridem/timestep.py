@@ -16,7 +16,7 @@ from scipy import sparse
 from scipy.sparse.linalg import eigsh
 from scipy.spatial import cKDTree
 
-from peridem.cloud import Cloud
+from peridem.cloud import Cloud, piece_sizes
 from peridem.material import BondMaterial, Material, Solid
 
 Array = NDArray[np.float64]
@@ -32,6 +32,14 @@ def bonds(cloud: Cloud, horizon: float) -> tuple[NDArray[np.int64], Array]:
     pairs = pairs[np.lexsort((pairs[:, 1], pairs[:, 0]))].astype(np.int64)
     length = np.linalg.norm(cloud.nodes[pairs[:, 1]] - cloud.nodes[pairs[:, 0]], axis=1)
     return pairs, np.asarray(length)
+
+
+def pieces(cloud: Cloud, horizon: float) -> NDArray[np.int64]:
+    """Nodes of each piece of a cloud that bonds hold together, (p,), the largest first."""
+    n, links = len(cloud.nodes), cloud.links
+    length = np.linalg.norm(cloud.nodes[links[:, 1]] - cloud.nodes[links[:, 0]], axis=1)
+    sizes = piece_sizes(n, links[length <= horizon])  # a few of the bonds, and most often enough
+    return sizes if len(sizes) == 1 else piece_sizes(n, bonds(cloud, horizon)[0])
 
 
 def stiffness(cloud: Cloud, material: Solid) -> sparse.csr_matrix:

@@ -254,6 +254,17 @@ def test_warnings_are_one_line(workplace, tmp_path, capsys):
     assert capsys.readouterr().err == said
 
 
+def test_a_mesh_of_pieces_is_told_from_a_whole_one(tmp_path, capsys):
+    points = np.array([(0, 0, 0), (1, 0, 0), (0, 1, 0), (5, 0, 0), (6, 0, 0), (5, 1, 0)], float)
+    for cells, apart in (
+        ([(0, 1, 2), (3, 4, 5)], True),
+        ([(0, 1, 2), (1, 3, 2), (3, 4, 5)], False),
+    ):
+        meshio.write(tmp_path / "some.vtu", meshio.Mesh(points, [("triangle", cells)]))
+        assert main(["mesh", str(tmp_path / "some.vtu")]) == 0
+        assert (", in 2 pieces that no cell joins\n" in capsys.readouterr().out) == apart
+
+
 def test_a_damaged_summary_is_named(tmp_path):
     (tmp_path / scene.SUMMARY).write_text('{"title": ')
     scenes.write_dump(tmp_path / scene.DUMP, [(0, [(1, 1, 1, 0.0, 0.0)])], "id mol type x y")
@@ -269,6 +280,8 @@ def test_the_way_to_go_on_is_where_the_run_is():
     assert cli._resuming(options, Path("my out")) == wanted
     options = cli.parser().parse_args(["run", "in.grains"])
     assert cli._resuming(options, Path(".")) == "peridem run in.grains --resume"
+    options = cli.parser().parse_args(["run", "in.grains", "--checkpoint", "500"])
+    assert cli._resuming(options, Path(".")) == "peridem run in.grains --checkpoint 500 --resume"
 
 
 def test_a_failure_of_lammps_exits_3(tmp_path, lmp, capsys):
@@ -276,6 +289,16 @@ def test_a_failure_of_lammps_exits_3(tmp_path, lmp, capsys):
     assert main(["run", str(tmp_path), "--lmp", str(lmp), "-q"]) == 3
     shown = capsys.readouterr().err
     assert "no_such_command" in shown and "at line 2 of" in shown
+    assert "--resume" not in shown  # there is nothing to go on from
+    (tmp_path / "in.wrong").write_text(
+        "units lj\natom_style peridem\nregion b block 0 1 0 1 0 1\ncreate_box 1 b\n"
+        "pair_style none\nrun 3\nwrite_restart half\nno_such_command 5\n"
+    )
+    assert main(["run", str(tmp_path), "--lmp", str(lmp), "-q"]) == 3
+    shown = capsys.readouterr().err
+    assert "at line 8 of" in shown
+    again = f"'peridem run {tmp_path} --resume' goes on, once the cause is gone"
+    assert f"{tmp_path / 'half'} is where {again}" in shown
     assert main(["run", str(tmp_path), "--lmp", "/no/lmp"]) == 3
     assert "no program /no/lmp" in capsys.readouterr().err
 

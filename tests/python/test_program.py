@@ -68,6 +68,16 @@ def test_a_failure_ends_the_program_with_its_message(choose, tmp_path, side_by_s
     assert isinstance(ended.value.__cause__, RunError)
 
 
+def test_a_failure_says_where_the_run_can_go_on(choose, tmp_path):
+    two = "pair_style none\nrun 3\nwrite_restart one.restart\nrun 3 evry 2 NULL"
+    [script] = scripts(tmp_path, two)
+    with pytest.raises(SystemExit) as ended:
+        program.run(script, choose("-np", "1"))
+    assert str(ended.value.code).endswith(
+        f"once the cause is gone, go on with: peridem run {tmp_path / '0'} --resume"
+    )
+
+
 def test_a_stop_ends_it_with_the_status_of_shells_and_starts_no_more(
     choose, tmp_path, capsys, monkeypatch
 ):

@@ -198,6 +198,28 @@ def test_a_killed_run_goes_on_from_the_newest_whole_restart(tmp_path, lmp):
     assert volumes @ dump[-1]["vy"] / volumes.sum() == pytest.approx(-10.0 * time_passed, rel=1e-5)
 
 
+def test_a_failed_run_says_from_which_of_its_restart_files_it_goes_on(tmp_path, lmp):
+    """Once the cause is gone; not from those that another run has left."""
+    script = stages(tmp_path, length=20)
+    whole = script.read_text()
+    wrong = whole.replace("fix out all", "no_such_command\nfix out all")
+    script.write_text(wrong.replace("run ${length}", "no_such_command\nrun ${length}"))
+    (tmp_path / "stages.restart").write_text("of another run")
+    os.utime(tmp_path / "stages.restart", (1.0, 1.0))
+    with pytest.raises(run.RunError) as failed:
+        run.run(script, lmp=lmp, quiet=True, checkpoint=10)
+    assert failed.value.restart is None
+    script.write_text(wrong)
+    with pytest.raises(run.RunError) as failed:
+        run.run(script, lmp=lmp, quiet=True, checkpoint=10)
+    assert failed.value.restart == tmp_path / "stages.restart"
+    # of three runs of 20 steps: there is none at their ends
+    assert run_restart.restart_step(tmp_path / "stages.restart") == 50
+    assert "no_such_command" in str(failed.value)
+    script.write_text(whole)
+    assert run.run(script, lmp=lmp, quiet=True, resume=True).steps == 160
+
+
 def test_what_cannot_go_on_is_refused(tmp_path, lmp):
     script = stages(tmp_path, length=20)
     with pytest.raises(FileNotFoundError, match=r"no restart file .* no .*stages\.restart"):
@@ -237,6 +259,7 @@ def test_the_step_of_a_restart_file(tmp_path, lmp):
     script.write_text(script.read_text() + "write_restart end.restart\n")
     run.run(script, lmp=lmp, quiet=True)
     assert run_restart.restart_step(tmp_path / "end.restart") == 160
+    assert run_restart.restart_units(tmp_path / "end.restart") == "lj"
     (tmp_path / "text").write_text("hello")
     with pytest.raises(ValueError, match="no restart file of LAMMPS"):
         run_restart.restart_step(tmp_path / "text")

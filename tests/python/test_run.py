@@ -56,6 +56,32 @@ def test_the_line_of_progress_ends_with_the_time_taken(end_time, done, capsys):
     assert f"ended, step {done}" in last and "3 broken 0:00:00 taken" in last
 
 
+def test_time_and_drift_are_shown_with_their_units(tmp_path):
+    """Of LAMMPS's table of units; lj has none."""
+    log, reports = tmp_path / "log", tmp_path / "reports"
+    log.write_text("   Step   c_books[8]\n 40 -1.25e-7\n")
+    reports.write_text("40 2.5e-06 12\n")
+    shown = {}
+    for units in ("si", "lj", "micro"):
+        follower = run_progress.Follower(log, reports, ("c_books[8]",), units)
+        shown[units] = str(follower.update())
+    assert shown["si"] == "t 2.5e-06 s, 12 broken, drift -1.2e-07 J"
+    assert shown["lj"] == "t 2.5e-06, 12 broken, drift -1.2e-07"
+    assert shown["micro"] == "t 2.5e-06 us, 12 broken, drift -1.2e-07 pg um^2/us^2"
+
+
+def test_the_units_of_a_script(tmp_path):
+    """Also in an included file; of a restart file that is not there they are not known."""
+    (tmp_path / "head").write_text("units cgs\n")
+    for text, units in (
+        ("units si # units lj\nrun 1\n", "si"),
+        ("include head\nrun 1\n", "cgs"),
+        ("run 1\n", "lj"),
+        ("read_restart settled.restart\nrun 1\n", ""),
+    ):
+        assert run_script.units(text, tmp_path) == units
+
+
 def test_grains_without_walls_fall_freely(tmp_path, lmp):
     made = scenes.two_grains(walls=(), duration=2e-4)
     run.run(made.write(tmp_path), lmp=lmp, quiet=True)

@@ -2,12 +2,14 @@
 
 import itertools
 import re
+import warnings
 
 import meshio
 import numpy as np
 import pytest
 import scenes
 from peridem import packing, results, run, scene, shapes
+from peridem.cloud import from_cells, mesh
 from peridem.deck.bodies import lattice
 from peridem.loads import Cut, Force, Motion, Nodes, ranges
 from peridem.material import BondMaterial, Contact, Inert, Interface, Material
@@ -71,6 +73,35 @@ def test_script_says_what_the_scene_says():
     ((skin, _),) = lines(text, "neighbor")
     # written with three digits
     assert float(skin) == pytest.approx(1.25 * made.contact_radius, rel=5e-3)
+
+
+def in_two(gap):
+    """A mesh of two discs whose nearest nodes are so far apart."""
+    disc = mesh(shapes.circle(8e-4), scenes.SPACING)
+    nodes = np.vstack([disc.nodes, disc.nodes + np.array([np.ptp(disc.nodes[:, 0]) + gap, 0.0])])
+    cells = np.vstack([disc.cells, disc.cells + len(disc.nodes)])
+    return from_cells(nodes, cells, "pair")
+
+
+def test_grains_of_pieces_that_no_bond_joins_are_named(tmp_path):
+    """Not pieces within the horizon of each other, which bonds join, nor bodies without bonds."""
+    far, near = in_two(2.0 * scenes.SOLID.horizon), in_two(0.5 * scenes.SOLID.horizon)
+    half = len(far.nodes) // 2
+    assert far.pieces.tolist() == near.pieces.tolist() == [half, half]
+    solids = [scene.Grain(one.placed((0.0, y)), scenes.SOLID) for one, y in ((near, 0), (far, 1))]
+    wall = scene.Grain(far.placed((0.0, 2.0)), Inert(density=1200.0))
+    again = scene.Grain(far.placed((0.0, 3.0), scale=0.9), scenes.SOLID)
+    words = (
+        rf"grain 2 \(and 1 more of its mesh\), 'pair', is of 2 pieces, of {half}, {half} nodes, "
+        r"that no bond within the horizon 0.0006 joins: .* make a grain of each"
+    )
+    made = scenes.two_grains(grains=[*solids, wall, again], walls=())
+    with pytest.warns(UserWarning, match=words) as caught:
+        made.write(tmp_path)
+    assert len(caught) == 1
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        scenes.two_grains(grains=[solids[0], wall], walls=()).write(tmp_path)
 
 
 def test_a_given_time_step_is_taken_and_divides_the_run():
