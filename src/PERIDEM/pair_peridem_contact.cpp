@@ -1003,11 +1003,8 @@ const double *PairPeridemContact::velocity(int i) const
 }
 
 /* ----------------------------------------------------------------------
-   The matrix of the contacts has the frequencies of that of the nodes. It is a sum over the nodes,
-   whose parts are no larger than the largest eigenvalue of the node's stiffness over its mass, and are
-   nothing but for the node's contacts: so no frequency squared is above the largest sum of the two of
-   a contact. With springs in place of eigenvalues this is Gershgorin's bound. Nodes that do not move
-   alone have bounds of their own, and count as the other one.
+   Nodes that do not move alone have bounds of their own; here they count as the other node of a
+   contact. The proofs are in doc/theory.rst.
 ------------------------------------------------------------------------- */
 
 double PairPeridemContact::frequency_sq_now()
@@ -1020,7 +1017,14 @@ double PairPeridemContact::frequency_sq_now()
     held_by[i] = adapt && !adapt->moves_alone(i) ? -1.0 : k / atom->rmass[i];
   }
   send(HELD_BY);
-  return stiffness.largest_pair(held_by);
+  if (!timed) return stiffness.largest_pair(held_by);    // Gershgorin's bound
+
+  stiffness.share(held_by);
+  double largest = 0.0;
+  for (std::size_t n = 0; n < nodes.size(); n++)
+    if (held_by[nodes[n]] > 0.0)
+      largest = MAX(largest, stiffness.largest(n) / atom->rmass[nodes[n]]);
+  return largest;
 }
 
 /* ----------------------------------------------------------------------

@@ -45,14 +45,14 @@ void PeridemContactStiffness::start(int nodes, int dimension)
 
 void PeridemContactStiffness::add(int i, int j, double along, double across, const double *n)
 {
-  contacts.push_back({i, j});
-  add(i, along, across, n);
-  if (j != WALL && j < static_cast<int>(place_of.size())) add(j, along, across, n);
+  contacts.push_back({i, j, along, across, {n[0], n[1], n[2]}});
+  hold(i, along, across, n);
+  if (j != WALL && j < static_cast<int>(place_of.size())) hold(j, along, across, n);
 }
 
 /* ---------------------------------------------------------------------- */
 
-void PeridemContactStiffness::add(int i, double along, double across, const double *n)
+void PeridemContactStiffness::hold(int i, double along, double across, const double *n)
 {
   if (place_of[i] < 0) {
     place_of[i] = static_cast<int>(held.size());
@@ -107,6 +107,22 @@ double PeridemContactStiffness::largest_pair(const std::vector<double> &of_nodes
     largest = std::max(largest, (a < 0.0 ? b : a) + (b < 0.0 ? a : b));
   }
   return largest;
+}
+
+/* ---------------------------------------------------------------------- */
+
+void PeridemContactStiffness::share(const std::vector<double> &of_nodes)
+{
+  std::fill(sums.begin(), sums.end(), Sum());
+  for (const auto &one : contacts) {
+    if (!(one.along > 0.0)) continue;    // volumes so small that there is no spring
+    const bool wall = one.j == WALL;
+    const double a = of_nodes[one.i], b = wall ? 0.0 : of_nodes[one.j];
+    const double both = a < 0.0 || b < 0.0 ? 2.0 * std::max(a, b) : a + b;
+    if (a > 0.0) hold(one.i, both / a * one.along, both / a * one.across, one.direction);
+    if (b > 0.0 && one.j < static_cast<int>(place_of.size()))
+      hold(one.j, both / b * one.along, both / b * one.across, one.direction);
+  }
 }
 
 /* ---------------------------------------------------------------------- */

@@ -45,6 +45,10 @@ class PeridemContactStiffness {
   // as the other one.
   double largest_pair(const std::vector<double> &of_nodes) const;
 
+  // Shares each contact between its nodes in proportion to what is given for them: what holds a node
+  // is from now on that over its share, which of a contact with a WALL is all of it.
+  void share(const std::vector<double> &of_nodes);
+
   double memory_usage() const;
 
  private:
@@ -54,13 +58,14 @@ class PeridemContactStiffness {
   };
   struct Contact {
     int i, j;
+    double along, across, direction[3];
   };
   int dim{3};
   std::vector<int> held, place_of;    // of nodes: their place in held, -1 = none
   std::vector<Sum> sums;              // of nodes held
   std::vector<Contact> contacts;
 
-  void add(int i, double along, double across, const double *direction);
+  void hold(int i, double along, double across, const double *direction);
   static double largest_in_space(const Sum &);
 };
 
