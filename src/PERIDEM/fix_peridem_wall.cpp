@@ -627,7 +627,9 @@ void FixPeridemWall::find_bodies(bool new_indices)
 void FixPeridemWall::find_collisions()
 {
   auto place_of = [&](int i, int key) {
-    return collisions.find(-1 - static_cast<bigint>(key), bodies->id(i));
+    const int place = collisions.find(-1 - static_cast<bigint>(key), bodies->id(i));
+    if (bodies->shared(i)) collisions.seen_elsewhere(place);
+    return place;
   };
   collisions.begin();
   for (auto &one : impacts) {
@@ -637,12 +639,11 @@ void FixPeridemWall::find_collisions()
     for (int m = 0; m < 3; m++)
       approach -=
           (one.body.velocity[m] - one.foot.velocity[m] - motion.velocity[m]) * one.foot.normal[m];
-    collisions.add(one.collision, one.elastic, one.stored, approach, 1.0, bodies->shared(one.node));
+    collisions.add(one.collision, one.elastic, one.stored, approach, 1.0);
   }
   // contacts that are open for a moment remember too
   for (const int i : nearby.nodes())
-    for (const auto &slot : memories.of(i))
-      collisions.remember(place_of(i, slot.key), slot.peak, bodies->shared(i));
+    for (const auto &slot : memories.of(i)) collisions.remember(place_of(i, slot.key), slot.peak);
 }
 
 /* ---------------------------------------------------------------------- */

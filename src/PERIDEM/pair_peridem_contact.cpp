@@ -96,7 +96,6 @@ void PairPeridemContact::allocate()
     }
   given.assign(index(ntypes, ntypes) + 1, PeridemContactGiven());
   laws.assign(given.size(), PeridemContactLaw());
-  rcsq.assign(given.size(), 0.0);
   mixed.assign(given.size(), 0);
 }
 
@@ -263,7 +262,7 @@ void PairPeridemContact::find_laws()
   extremes = PeridemGrains::extremes(lmp);
   any_velocity = any_restitution = any_springs = false;
   laws.assign(given.size(), PeridemContactLaw());
-  rcsq.assign(given.size(), 0.0);
+  widest_rcsq.assign(ntypes + 1, 0.0);
   for (int i = 1; i <= ntypes; i++)
     for (int j = i; j <= ntypes; j++) {
       const bool mix = mixed[index(i, j)];
@@ -272,7 +271,8 @@ void PairPeridemContact::find_laws()
       if (mix && (spacings[i] == 0.0 || spacings[j] == 0.0)) continue;    // they never meet
       const auto law = find_law(i, j, spacings);
       laws[index(i, j)] = laws[index(j, i)] = law;
-      rcsq[index(i, j)] = rcsq[index(j, i)] = law.radius * law.radius;
+      for (const int type : {i, j})
+        widest_rcsq[type] = MAX(widest_rcsq[type], law.radius * law.radius);
       any_velocity = any_velocity || law.uses_velocity();
       any_restitution = any_restitution || law.uses_restitution();
       any_springs = any_springs || law.uses_history() || law.uses_restitution();
@@ -379,19 +379,23 @@ void PairPeridemContact::compute(int eflag, int vflag)
 
 template <bool HISTORY> void PairPeridemContact::touch_all()
 {
-  double **x = atom->x;
+  if (row_node.empty() && fragments.empty()) return;
+  // rows of x lie one behind the other: no need to look up where each begins
+  const double *const x = atom->x[0];
   const int *const type = atom->type;
   const int nrows = static_cast<int>(row_node.size());
   for (int row = 0; row < nrows; row++) {
     const int i = row_node[row];
-    const double xi = x[i][0], yi = x[i][1], zi = x[i][2];
-    const double *const rcsq_i = &rcsq[index(type[i], 0)];
+    const double *const xi = x + 3 * static_cast<std::size_t>(i);
+    const double here[3] = {xi[0], xi[1], xi[2]}, widest = widest_rcsq[type[i]];
     for (int k = row_first[row]; k < row_first[row + 1]; k++) {
       const int j = candidates[k];
-      const double d[3] = {x[j][0] - xi, x[j][1] - yi, x[j][2] - zi};
+      const double *const xj = x + 3 * static_cast<std::size_t>(j);
+      const double d[3] = {xj[0] - here[0], xj[1] - here[1], xj[2] - here[2]};
       const double rsq = d[0] * d[0] + d[1] * d[1] + d[2] * d[2];
+      if (rsq >= widest && (!HISTORY || memories[k] < 0)) continue;    // nearly all
       const auto &law = laws[index(type[i], type[j])];
-      if (rsq < rcsq_i[type[j]]) {
+      if (rsq < law.radius * law.radius) {
         if (HISTORY && memories[k] < 0) memories[k] = remember(i, j);
         touch(i, j, law.radius, rsq, d, HISTORY ? memories[k] : -1);
       } else if (HISTORY && memories[k] >= 0)
@@ -399,7 +403,8 @@ template <bool HISTORY> void PairPeridemContact::touch_all()
     }
   }
   for (auto &pair : fragments) {
-    const double *const xi = x[pair.i], *const xj = x[pair.j];
+    const double *const xi = x + 3 * static_cast<std::size_t>(pair.i);
+    const double *const xj = x + 3 * static_cast<std::size_t>(pair.j);
     const double d[3] = {xj[0] - xi[0], xj[1] - xi[1], xj[2] - xi[2]};
     const double rsq = d[0] * d[0] + d[1] * d[1] + d[2] * d[2];
     if (rsq < pair.distance * pair.distance) {
@@ -800,16 +805,16 @@ bigint PairPeridemContact::body_id(int i) const
 void PairPeridemContact::find_collisions()
 {
   const int nlocal = atom->nlocal;
-  auto elsewhere = [&](const Spring &one) {
-    return one.j >= nlocal || bodies.shared(one.i) || bodies.shared(one.j);
-  };
+  const bool same_bodies = bodies_known == bodies.version();
+  bodies_known = bodies.version();
   collisions.begin();
   // contacts that are open for a moment remember too
   for (auto &spring : springs) {
     if (spring.i < 0) continue;
-    const bigint a = body_id(spring.i), b = body_id(spring.j);
-    spring.collision = a == b ? -1 : collisions.find(a, b, spring.collision);
-    if (a != b) collisions.remember(spring.collision, spring.peak, elsewhere(spring));
+    // only other ranks know when the bodies of their nodes become others
+    if (!same_bodies || spring.collision == Spring::UNKNOWN || spring.j >= nlocal)
+      find_collision(spring);
+    if (spring.collision >= 0) collisions.remember(spring.collision, spring.peak);
   }
   for (const auto &impact : impacts) {
     const auto &spring = springs[impact.spring];
@@ -818,9 +823,20 @@ void PairPeridemContact::find_collisions()
     double approach = 0.0;
     for (int m = 0; m < 3; m++) approach -= impact.n[m] * (bj.velocity[m] - bi.velocity[m]);
     collisions.add(spring.collision, impact.elastic, impact.stored, approach,
-                   impact.j < nlocal ? 1.0 : 0.5, elsewhere(spring));
+                   impact.j < nlocal ? 1.0 : 0.5);
   }
   collisions.merge();
+}
+
+/* ---------------------------------------------------------------------- */
+
+void PairPeridemContact::find_collision(Spring &spring)
+{
+  const int i = spring.i, j = spring.j;
+  const bigint a = body_id(i), b = body_id(j);
+  spring.collision = a == b ? Spring::WITHIN : collisions.find(a, b, spring.collision);
+  if (a != b && (j >= atom->nlocal || bodies.shared(i) || bodies.shared(j)))
+    collisions.seen_elsewhere(spring.collision);
 }
 
 /* ----------------------------------------------------------------------

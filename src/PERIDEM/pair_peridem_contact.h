@@ -92,9 +92,9 @@ class PairPeridemContact : public Pair {
   int ntypes{0};
   std::vector<PeridemContactGiven> given;
   std::vector<PeridemContactLaw> laws;
-  std::vector<double> rcsq;         // by type pair
-  std::vector<char> mixed;          // by type pair: no line of its own
-  std::vector<int> bonded_types;    // by type: 1 if a solid holds it together
+  std::vector<double> widest_rcsq;    // by type: square of the largest contact distance
+  std::vector<char> mixed;            // by type pair: no line of its own
+  std::vector<int> bonded_types;      // by type: 1 if a solid holds it together
   FixPeridemBonds *bonds{nullptr};
   bool any_velocity{false}, any_restitution{false}, any_springs{false};
   bool overlaps_checked{false}, holes_checked{false};
@@ -122,7 +122,8 @@ class PairPeridemContact : public Pair {
     double slip[3]{0.0, 0.0, 0.0};
     double peak{0.0};
     double deepest{0.0};
-    int collision{-1};    // its place in collisions; -1: unknown, or within one body
+    int collision{UNKNOWN};                // its place in collisions
+    enum { UNKNOWN = -2, WITHIN = -1 };    // WITHIN one body
   };
   std::vector<Spring> springs;
   std::vector<int> free_springs;
@@ -150,6 +151,7 @@ class PairPeridemContact : public Pair {
   std::vector<char> has_body;          // of owned nodes
   PeridemSpread spread;                // forces on bodies
   bigint moved{-1};                    // the step at which bodies was used last
+  bigint bodies_known{-1};             // the version of bodies that springs know collisions of
 
   // for the bound on frequencies
   PeridemContactStiffness stiffness;
@@ -188,6 +190,7 @@ class PairPeridemContact : public Pair {
   void find_touching();
   bigint body_id(int i) const;
   void find_collisions();
+  void find_collision(Spring &);
   void add_impact(const Impact &);
   void book(int i, int j, std::vector<double> &forces, const double *force);
   template <class Visit> void for_near(Visit) const;

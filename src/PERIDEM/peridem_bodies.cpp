@@ -158,6 +158,7 @@ void PeridemBodies::find_pieces()
 
 void PeridemBodies::find_bodies()
 {
+  changes++;
   find_broken();
   find_pieces();
   bodies.clear();
@@ -296,6 +297,7 @@ bool PeridemBodies::torn()
 void PeridemBodies::split(int g)
 {
   auto &grain = grains[g];
+  changes++;
   grain.broken = true;
   const auto before = bodies.size();
   label(grain);
@@ -372,7 +374,8 @@ PeridemSums PeridemBodies::sum(const Body &body) const
 }
 
 /* ----------------------------------------------------------------------
-   runs over all nodes of bodies that touch, at each step: rows of x and v lie one behind the other
+   Runs over all nodes of bodies that touch, at each step: rows of x and v lie one behind the other.
+   Two sums in turns do not wait for each other.
 ------------------------------------------------------------------------- */
 
 template <int DIM, bool UNWRAP> PeridemSums PeridemBodies::sum_nodes(const Body &body) const
@@ -380,30 +383,23 @@ template <int DIM, bool UNWRAP> PeridemSums PeridemBodies::sum_nodes(const Body 
   const double *const places = atom->x[0], *const velocities = atom->v[0];
   const double *const rmass = atom->rmass;
   const double origin[3] = {body.origin[0], body.origin[1], body.origin[2]};
-  PeridemSums s;
-  for (int n = body.first; n < body.last; n++) {
-    const int i = nodes[n];
-    const double m = rmass[i], *const xi = places + 3 * static_cast<std::size_t>(i);
+  auto add = [&](int i, PeridemSums &s) {
+    const double *const xi = places + 3 * static_cast<std::size_t>(i);
     const double *const v = velocities + 3 * static_cast<std::size_t>(i);
-    double open[3], x[3], p[3];
-    if (UNWRAP) domain->unmap(xi, atom->image[i], open);
-    for (int k = 0; k < DIM; k++) {
-      x[k] = (UNWRAP ? open[k] : xi[k]) - origin[k];
-      p[k] = m * x[k];
-      s.place[k] += p[k];
-      s.velocity[k] += m * v[k];
-      s.square[k] += p[k] * x[k];
-    }
-    s.mass += m;
-    s.momentum[2] += p[0] * v[1] - p[1] * v[0];
-    if (DIM == 2) continue;
-    s.momentum[0] += p[1] * v[2] - p[2] * v[1];
-    s.momentum[1] += p[2] * v[0] - p[0] * v[2];
-    s.square[3] += p[0] * x[1];
-    s.square[4] += p[0] * x[2];
-    s.square[5] += p[1] * x[2];
+    double x[3] = {};
+    if (UNWRAP) domain->unmap(xi, atom->image[i], x);
+    for (int k = 0; k < DIM; k++) x[k] = (UNWRAP ? x[k] : xi[k]) - origin[k];
+    s.add<DIM>(rmass[i], x, v);
+  };
+  const int *const list = nodes.data();
+  PeridemSums one, other;
+  int n = body.first;
+  for (; n + 1 < body.last; n += 2) {
+    add(list[n], one);
+    add(list[n + 1], other);
   }
-  return s;
+  if (n < body.last) add(list[n], one);
+  return one + other;
 }
 
 /* ---------------------------------------------------------------------- */

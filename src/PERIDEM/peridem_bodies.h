@@ -54,6 +54,8 @@ class PeridemBodies : protected Pointers {
   bigint id(int i) const { return bodies[body_of[i]].id; }
   // do other ranks own nodes of the body of the owned node i?
   bool shared(int i) const { return bodies[body_of[i]].shared; }
+  // grows when bodies of owned nodes become others
+  bigint version() const { return changes; }
 
   // the body that the owned node i belongs to
   PeridemBody body(int i);
@@ -99,7 +101,7 @@ class PeridemBodies : protected Pointers {
   std::vector<int> falling;        // grains of this rank alone, that may have fallen apart
   bool torn_among_ranks{false};    // so may one with nodes on other ranks
   bool started{false};
-  bigint evaluation{0};
+  bigint evaluation{0}, changes{0};
 
   void find_grains();
   void keep_pieces(const std::vector<Grain> &before);

@@ -57,23 +57,12 @@ int PeridemCollisions::find(bigint a, bigint b, int guess)
 
 /* ---------------------------------------------------------------------- */
 
-void PeridemCollisions::add(int place, double force, double stored, double approach, double share,
-                            bool seen_elsewhere)
+void PeridemCollisions::add(int place, double force, double stored, double approach, double share)
 {
   auto &one = list[place];
   one.force += share * force;
   one.power += share * force * approach;
   one.stored += share * stored;
-  one.abroad = one.abroad || seen_elsewhere;
-}
-
-/* ---------------------------------------------------------------------- */
-
-void PeridemCollisions::remember(int place, double peak, bool seen_elsewhere)
-{
-  auto &one = list[place];
-  one.peak = MAX(one.peak, peak);
-  one.abroad = one.abroad || seen_elsewhere;
 }
 
 /* ---------------------------------------------------------------------- */

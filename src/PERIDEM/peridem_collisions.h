@@ -44,12 +44,16 @@ class PeridemCollisions : protected Pointers {
   void begin();
   // where the collision of these two bodies is; guess: where it may have been found before, or -1
   int find(bigint a, bigint b, int guess = -1);
+  // another rank may have a contact of the same collision
+  void seen_elsewhere(int place) { list[place].abroad = true; }
   // a contact that has touched in a collision that is not over; stored = twice its energy; share = of
-  // this rank; seen_elsewhere: another rank may have a contact of the same collision
-  void add(int place, double force, double stored, double approach, double share,
-           bool seen_elsewhere);
+  // this rank
+  void add(int place, double force, double stored, double approach, double share);
   // the same of one that is open, or not: how fast it has come
-  void remember(int place, double peak, bool seen_elsewhere);
+  void remember(int place, double peak)
+  {
+    if (list[place].peak < peak) list[place].peak = peak;
+  }
   // may another rank have added to one of these, as far as this one knows?
   bool abroad() const;
   // sum up what all ranks have added; collective

@@ -20,16 +20,6 @@
 
 using namespace LAMMPS_NS;
 
-// a little: a part of the contact distance
-static constexpr double SPARE = 0.05;
-
-/* ---------------------------------------------------------------------- */
-
-double PeridemContactStiffness::reach(double distance, const double *v, double time)
-{
-  return (1.0 + SPARE) * distance + time * std::sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]);
-}
-
 /* ---------------------------------------------------------------------- */
 
 void PeridemContactStiffness::start(int nodes, int dimension)
@@ -77,7 +67,8 @@ double PeridemContactStiffness::largest(std::size_t n) const
 {
   const auto &sum = sums[n];
   if (dim == 3) return largest_in_space(sum);
-  return 0.5 * (sum.xx + sum.yy) + std::hypot(0.5 * (sum.xx - sum.yy), sum.xy);
+  const double half = 0.5 * (sum.xx - sum.yy);
+  return 0.5 * (sum.xx + sum.yy) + std::sqrt(half * half + sum.xy * sum.xy);
 }
 
 /* ----------------------------------------------------------------------

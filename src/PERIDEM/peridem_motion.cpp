@@ -111,7 +111,9 @@ void PeridemMotion::angular_acceleration(const double *torque, double *a) const
 double PeridemBody::mobility_along(const double *n) const
 {
   double torque[3] = {}, turned[3];
-  add_cross(n, offset, 1.0, torque);    // arm x n, the arm being -offset
+  add_cross(n, offset, 1.0, torque);           // arm x n, the arm being -offset
+  if (torque[0] == 0.0 && torque[1] == 0.0)    // in 2d always
+    return lightness + inverse[2] * torque[2] * torque[2];
   multiply(inverse, torque, turned);
   return lightness + torque[0] * turned[0] + torque[1] * turned[1] + torque[2] * turned[2];
 }

@@ -25,6 +25,39 @@ namespace LAMMPS_NS {
 struct PeridemSums {
   double mass{0.0}, place[3]{}, velocity[3]{}, momentum[3]{};    // times mass but the first
   double square[6]{};    // of places: xx, yy, zz, xy, xz, yz; in 2d the first two
+
+  // a node; in 2d two numbers each
+  template <int DIM> void add(double m, const double *x, const double *v)
+  {
+    double p[3];
+    for (int k = 0; k < DIM; k++) {
+      p[k] = m * x[k];
+      place[k] += p[k];
+      velocity[k] += m * v[k];
+      square[k] += p[k] * x[k];
+    }
+    mass += m;
+    momentum[2] += p[0] * v[1] - p[1] * v[0];
+    if (DIM == 2) return;
+    momentum[0] += p[1] * v[2] - p[2] * v[1];
+    momentum[1] += p[2] * v[0] - p[0] * v[2];
+    square[3] += p[0] * x[1];
+    square[4] += p[0] * x[2];
+    square[5] += p[1] * x[2];
+  }
+
+  PeridemSums operator+(const PeridemSums &other) const
+  {
+    PeridemSums sum(*this);
+    sum.mass += other.mass;
+    for (int k = 0; k < 3; k++) {
+      sum.place[k] += other.place[k];
+      sum.velocity[k] += other.velocity[k];
+      sum.momentum[k] += other.momentum[k];
+    }
+    for (int k = 0; k < 6; k++) sum.square[k] += other.square[k];
+    return sum;
+  }
 };
 
 // mass, place and rigid motion of a set of nodes

@@ -231,8 +231,9 @@ def test_a_crowd_keeps_its_energy(dimension, simulation, rng):
     """Nodes that fly about in a box for 300 times of a contact, at the default step.
 
     Velocity Verlet keeps the energy less (omega dt)^2/4 of what contacts store: 0.64 at most. All
-    was motion at the start, so that much may be lacking; 1 % is left to rounding and to contacts
-    that open and close. Beyond the limit the gas would blow up.
+    was motion at the start, so that much may be lacking. 3 % is for contacts that open and close:
+    runs of other seeds strayed by up to 1.5 %, with linear springs by up to 31 %. Beyond the limit
+    the gas would blow up.
     """
     side = 6
     x = np.zeros((side**dimension, 3))
@@ -241,18 +242,12 @@ def test_a_crowd_keeps_its_energy(dimension, simulation, rng):
     one = cloud(x, molecule=np.arange(n) + 1, dimension=dimension, density=rng.uniform(1, 3, n))
     one.v[:, :dimension] = 0.02 * rng.normal(size=(n, dimension))
     walls = "\n".join(
-        f"fix {axis}{k} all peridem/wall plane {' '.join(map(str, point))} {' '.join(map(str, n))}"
-        for k, (axis, point, n) in enumerate(
-            (a, p, m)
-            for a, p, m in (
-                ("x", (-1, 0, 0), (1, 0, 0)),
-                ("x", (1.15 * side, 0, 0), (-1, 0, 0)),
-                ("y", (0, -1, 0), (0, 1, 0)),
-                ("y", (0, 1.15 * side, 0), (0, -1, 0)),
-                ("z", (0, 0, -1), (0, 0, 1)),
-                ("z", (0, 0, 1.15 * side), (0, 0, -1)),
-            )
-            if a != "z" or dimension == 3
+        f"fix w{k} all peridem/wall plane {' '.join(map(str, point))} {' '.join(map(str, n))}\n"
+        f"fix_modify w{k} energy yes"
+        for k, (point, n) in enumerate(
+            (end * axis, np.sign(-end) * axis)
+            for axis in np.eye(3)[:dimension]
+            for end in (-1.0, 1.15 * side)
         )
     )
     sim = simulation().load(one, dimension=dimension, skin=1.0)
@@ -261,4 +256,4 @@ def test_a_crowd_keeps_its_energy(dimension, simulation, rng):
     sim.commands("run 1500 post no")
     assert sim.thermo("time") > 300 * np.pi / np.sqrt(single(one))
     stored, gained = sim.thermo("pe") / start, (sim.thermo("pe") + sim.thermo("ke")) / start - 1.0
-    assert -0.64 * stored - 0.01 < gained < 0.01
+    assert -0.64 * stored - 0.03 < gained < 0.03
