@@ -27,7 +27,7 @@ LID = "lid"
 # Cracked grains rattle without loss here: contacts that open and close as linear springs would give
 # them energy at each step that is merely stable (README). They become stiff over this part of the
 # contact distance
-ONSET = 0.01
+ONSET = 0.03
 SAFETY = 0.8
 AT_REST = 0.03  # m/s, half the speed of the lid: such grains press with half a pascal
 # the published curve where it was read off: penetration in mm -> pressure in kPa

@@ -20,7 +20,7 @@ from .runs import Simulation
 # of two nodes of mass 1 whose spring is 1: half the period of their vibration
 CONTACT = math.pi / math.sqrt(2.0)
 SAFETIES = (0.9, 0.8, 0.6, 0.5, 0.4, 0.2)
-PARTS = (0, 1, 2, 4)  # onsets, over the overlap
+PARTS = (0, 1, 2, 3, 4)  # onsets, over the overlap
 OVERLAP = 0.01  # of two nodes, at their mean square speed, over the contact distance
 
 CROWD = f"""
